@@ -1,4 +1,4 @@
-/// Writes bits as they are, the first the lowest of a byte.
+/// Writes bits uncoded; the first bit is the lowest of a byte.
 ///
 /// ```
 /// use dymlm_core::{BitReader, BitWriter};
@@ -20,7 +20,7 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
-    /// Adds the lowest bits of a number, which has no others; at most 32.
+    /// Adds the lowest `bits` bits of a number, at most 32; its other bits must be 0.
     #[inline]
     pub fn put(&mut self, number: u32, bits: u32) {
         self.rest |= u64::from(number) << self.count;
@@ -32,7 +32,7 @@ impl BitWriter {
         }
     }
 
-    /// Appends the bits, and how many bytes they take.
+    /// Appends the number of bytes that the bits take, then the bits.
     pub fn finish(mut self, out: &mut Vec<u8>) {
         let rest = self.rest.to_le_bytes();
         self.bytes.extend(rest.iter().take(self.count.div_ceil(8) as usize));
@@ -50,7 +50,8 @@ pub struct BitReader<'a> {
 }
 
 impl<'a> BitReader<'a> {
-    /// Those at the beginning of bytes, which are what follows them afterwards; `None` when it is cut short.
+    /// Takes the bits at the beginning of `bytes`, which then begins after them; `None` when they are cut
+    /// short.
     pub fn take(bytes: &mut &'a [u8]) -> Option<Self> {
         let (length, rest) = bytes.split_first_chunk()?;
         let (own, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
@@ -70,7 +71,7 @@ impl<'a> BitReader<'a> {
         Some(number as u32)
     }
 
-    /// Takes a word, or of the last ones byte by byte, so that there are `bits`.
+    /// Takes a word, or the last bytes one by one, so that there are at least `bits` bits.
     fn refill(&mut self, bits: u32) -> Option<()> {
         if let Some((word, rest)) = self.bytes.split_first_chunk() {
             self.bytes = rest;
@@ -87,7 +88,7 @@ impl<'a> BitReader<'a> {
         Some(())
     }
 
-    /// Whether no byte is left.
+    /// Whether nothing is left but bits that are 0.
     pub fn is_done(&self) -> bool {
         self.bytes.is_empty() && self.rest == 0
     }

@@ -2,8 +2,8 @@ use std::ops::Range;
 
 use crate::Error;
 
-/// A box in the image, half-open: [`x_min`, `x_max`) x [`y_min`, `y_max`), pixels. It may leave the image,
-/// and may be empty.
+/// A box in the image, half-open: [`x_min`, `x_max`) x [`y_min`, `y_max`), pixels. It may reach beyond the
+/// image, and may be empty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "[f32; 4]", into = "[f32; 4]"))]
@@ -77,7 +77,8 @@ impl BoundingBox {
         [f32::midpoint(self.x_min, self.x_max), f32::midpoint(self.y_min, self.y_max)]
     }
 
-    /// Whether a point lies in the box, its lower sides included and its upper ones not; pixels.
+    /// Whether a point lies in the box, its sides `x_min` and `y_min` included, `x_max` and `y_max` not;
+    /// pixels.
     #[inline]
     pub fn contains(&self, [u, v]: [f32; 2]) -> bool {
         (self.x_min..self.x_max).contains(&u) && (self.y_min..self.y_max).contains(&v)
@@ -95,7 +96,7 @@ impl BoundingBox {
     /// ```
     #[inline]
     pub fn iou(&self, other: &Self) -> f64 {
-        // In f64, where no area overflows, and those of boxes on whole pixels are exact.
+        // In f64 no area overflows, and the areas of boxes on whole pixels are exact.
         let [a, b] = [self, other].map(|b| <[f32; 4]>::from(*b).map(f64::from));
         let area =
             |[x_min, y_min, x_max, y_max]: [f64; 4]| (x_max - x_min).max(0.0) * (y_max - y_min).max(0.0);
@@ -115,8 +116,8 @@ impl BoundingBox {
         (clipped.x_min < clipped.x_max && clipped.y_min < clipped.y_max).then_some(clipped)
     }
 
-    /// The box in an image that is every `stride`-th pixel of every `stride`-th row of this one's: it holds
-    /// exactly those pixels of it that this one holds.
+    /// The box in the image of every `stride`-th pixel of every `stride`-th row of this box's image: it holds
+    /// exactly those of the image's pixels that this box holds.
     ///
     /// ```
     /// use dymlm_core::BoundingBox;
@@ -130,14 +131,14 @@ impl BoundingBox {
         self.mapped(|sides| sides.map(|side| side / stride.max(1) as f32))
     }
 
-    /// The box in an image of which this one's is every `stride`-th pixel of every `stride`-th row: undoes
-    /// [`subsampled`](Self::subsampled).
+    /// The box in an image of which this box's image is every `stride`-th pixel of every `stride`-th row:
+    /// undoes [`subsampled`](Self::subsampled).
     #[must_use]
     pub fn upsampled(&self, stride: usize) -> Self {
         self.mapped(|sides| sides.map(|side| side * stride.max(1) as f32))
     }
 
-    /// The box with other sides, made of these by a growing function of each.
+    /// The box whose sides are made from these by an increasing function of each.
     pub(crate) fn mapped(&self, map: impl Fn([f32; 4]) -> [f32; 4]) -> Self {
         let [x_min, y_min, x_max, y_max] = map((*self).into()).map(|side| side.clamp(f32::MIN, f32::MAX));
         Self { x_min, y_min, x_max, y_max }

@@ -1,7 +1,7 @@
 use crate::pinhole_camera::{check_buffer, check_image_size, check_rows};
 use crate::{Error, Rgb};
 
-/// A colour image, 8 bits a channel, row by row from the top left.
+/// A colour image, 8 bits per channel, row by row from the top left.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColorImage {
     width: usize,
@@ -9,7 +9,7 @@ pub struct ColorImage {
     data: Vec<Rgb>,
 }
 
-/// How a foreign buffer holds colours, 8 bits a channel.
+/// How a foreign buffer holds colours, 8 bits per channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -19,9 +19,9 @@ pub enum PixelFormat {
     Rgb8,
     /// Blue, green, red: the order of `OpenCV`.
     Bgr8,
-    /// Red, green, blue, and a fourth byte that is passed over.
+    /// Red, green, blue, and a fourth byte that is ignored.
     Rgba8,
-    /// Blue, green, red, and a fourth byte that is passed over.
+    /// Blue, green, red, and a fourth byte that is ignored.
     Bgra8,
 }
 
@@ -47,8 +47,8 @@ impl ColorImage {
         Ok(Self { width, height, data })
     }
 
-    /// Copies a foreign buffer. A row begins `row_stride` bytes after the one before; what lies behind its
-    /// last pixel is passed over.
+    /// Copies a foreign buffer. A row begins `row_stride` bytes after the one before; bytes after its last
+    /// pixel are ignored.
     ///
     /// # Errors
     ///
@@ -115,7 +115,8 @@ impl ColorImage {
         self.replace(image.width.div_ceil(stride), image.height.div_ceil(stride), pixels);
     }
 
-    /// Gives the image another size and content; as many pixels must come. Allocates only when it grows.
+    /// Gives the image another size and content; `pixels` must have `width * height` items. Allocates only
+    /// when it grows.
     pub(crate) fn replace(&mut self, width: usize, height: usize, pixels: impl Iterator<Item = Rgb>) {
         (self.width, self.height) = (width, height);
         self.data.clear();

@@ -4,7 +4,7 @@ use crate::pinhole_camera::{check_buffer, check_image_size, check_rows};
 /// A depth image in metres along the optical axis, row by row from the top left. 0 = no reading.
 ///
 /// Whatever is no reading (0, negative, NaN, infinite) is stored as 0, once, when the image is made: all
-/// later code asks `depth > 0.0`.
+/// later code only tests `depth > 0.0`.
 ///
 /// ```
 /// use dymlm_core::DepthImage;
@@ -65,8 +65,8 @@ impl DepthImage {
     }
 
     /// Replaces the readings by a sensor's integers, without allocating: depth = value / `depth_scale`. A row
-    /// of the buffer begins `row_stride` values after the one before; what lies behind its last pixel is
-    /// passed over.
+    /// of the buffer begins `row_stride` values after the one before; values after its last pixel are
+    /// ignored.
     ///
     /// # Errors
     ///
@@ -111,7 +111,7 @@ impl DepthImage {
     }
 
     /// Makes this image every `stride`-th pixel of every `stride`-th row of another: pixel (i, j) is (i
-    /// `stride`, j `stride`) there. Allocates only when the image grows; a stride of 0 is taken for 1.
+    /// `stride`, j `stride`) there. Allocates only when the image grows; a stride of 0 counts as 1.
     pub fn subsample_from(&mut self, image: &Self, stride: usize) {
         let stride = stride.max(1);
         let rows = image.data.chunks_exact(image.width).step_by(stride);
@@ -119,7 +119,8 @@ impl DepthImage {
         self.replace(image.width.div_ceil(stride), image.height.div_ceil(stride), pixels);
     }
 
-    /// Gives the image another size and content; as many pixels must come. Allocates only when it grows.
+    /// Gives the image another size and content; `pixels` must have `width * height` items. Allocates only
+    /// when it grows.
     pub(crate) fn replace(&mut self, width: usize, height: usize, pixels: impl Iterator<Item = f32>) {
         (self.width, self.height) = (width, height);
         self.data.clear();
@@ -166,7 +167,7 @@ impl DepthImage {
     }
 }
 
-/// A depth, or 0 for what is none.
+/// The depth, or 0 where it is no reading.
 #[inline]
 fn reading(depth: f32) -> f32 {
     // NaN fails both comparisons.

@@ -1,7 +1,7 @@
 use crate::{ConfigError, check_range};
 
-/// Standard deviation of a depth reading along the optical axis by its depth:
-/// sigma(z) = `floor` + `growth` max(z - `start`, 0)^2, metres.
+/// Standard deviation of a depth reading along the optical axis, as a function of its depth: sigma(z) =
+/// `floor` + `growth` max(z - `start`, 0)^2, metres.
 ///
 /// The one formula holds for the three kinds of depth camera, and has no branch, so that it runs over whole
 /// images: structured light ([`kinect`](Self::kinect)), [`stereo`](Self::stereo), and

@@ -1,11 +1,11 @@
 use crate::{DepthImage, Error, PinholeCamera, Pose};
 
 /// Brings the readings of a depth camera into the image of a colour camera beside it, so that both images of
-/// a frame are of one camera.
+/// a frame belong to one camera.
 ///
-/// Each reading covers there what its pixel covers, so that a colour image of more pixels has no holes; where
-/// several lie on one pixel the nearest counts. What the depth camera does not see, because something nearer
-/// is in its way, has no reading. O(pixels of the depth image, and of what they cover).
+/// Each reading covers there the area of its pixel, so that a colour image of more pixels has no holes; where
+/// several readings cover one pixel, the nearest counts. Surfaces that the depth camera does not see, because
+/// something nearer is in the way, have no reading. O(pixels of the depth image, and of what they cover).
 ///
 /// ```
 /// use dymlm_core::{DepthImage, DepthRegistration, PinholeCamera, Pose};
@@ -37,10 +37,10 @@ pub struct DepthRegistration {
     ray_steps: [f64; 2],
 }
 
-/// By how much a reading covers more than its pixel does. On a slope the pixels that are neighbours in the
-/// depth image part in the colour image: at 1.0 one pixel in twenty of a wall seen aslant has no reading
-/// (test: `a_slope_has_no_holes`). At 2.0 what is near grows by half a pixel over what is behind it (test:
-/// `one_camera_registered_to_itself_changes_nothing`).
+/// Size of the area that a reading covers, relative to its pixel. On a slope, neighbouring pixels of the
+/// depth image move apart in the colour image: at 1.0, one pixel in twenty of a wall seen aslant has no
+/// reading (test: `a_slope_has_no_holes`). At 2.0, near things grow by half a pixel over what is behind them
+/// (test: `one_camera_registered_to_itself_changes_nothing`).
 const COVERAGE: f64 = 1.25;
 
 /// Depth below which no camera sees a surface, metres: a reading at the colour camera's very centre would
@@ -48,8 +48,8 @@ const COVERAGE: f64 = 1.25;
 const NEAREST: f64 = 0.01;
 
 impl DepthRegistration {
-    /// From the images of one camera to those of another, `color_from_depth` taking points of the first's
-    /// frame to the second's.
+    /// A registration of one camera's images to another camera; `color_from_depth` takes points of the first
+    /// camera's frame to the second's.
     #[must_use]
     pub fn new(depth_camera: &PinholeCamera, color_camera: &PinholeCamera, color_from_depth: &Pose) -> Self {
         let rotation = color_from_depth.rotation_matrix();
@@ -126,7 +126,7 @@ impl DepthRegistration {
     }
 }
 
-/// What a reading covers: along u and along v from and to, and its depth there.
+/// What a reading covers: its bounds along u and along v, and its depth there.
 struct Footprint {
     bounds: [[f64; 2]; 2],
     depth: f32,

@@ -2,7 +2,7 @@ use crate::{BoundingBox, Error, Mask};
 
 /// One object found in an image by a 2D detector.
 ///
-/// With the feature `serde` it is written as a line of `detections.jsonl` has it: `{"label", "score", "bbox":
+/// With the feature `serde` it is written like a line of `detections.jsonl`: `{"label", "score", "bbox":
 /// [x_min, y_min, x_max, y_max], "mask"}`, the mask, if there is one, as COCO's run-lengths `{"size":
 /// [height, width], "counts"}`.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,8 +46,8 @@ impl Detection {
         self
     }
 
-    /// The detection in an image that is every `stride`-th pixel of every `stride`-th row of this one's: see
-    /// [`Frame::subsampled`](crate::Frame::subsampled).
+    /// The detection in the image of every `stride`-th pixel of every `stride`-th row of this detection's
+    /// image: see [`Frame::subsampled`](crate::Frame::subsampled).
     #[must_use]
     pub fn subsampled(&self, stride: usize) -> Self {
         let mask = self.mask.as_ref().map(|mask| {

@@ -36,9 +36,9 @@ pub enum Distortion {
     },
 }
 
-/// Over which slopes are taken, normalized coordinates.
+/// Step over which slopes are taken, normalized coordinates.
 const STEP: f64 = 1e-6;
-/// Newton steps to undistort a point; it takes some five.
+/// Most Newton steps to undistort a point; some five are usual.
 const STEPS: usize = 30;
 
 impl Distortion {
@@ -75,8 +75,8 @@ impl Distortion {
         [x * factor + dx, y * factor + dy]
     }
 
-    /// The inverse of [`Self::distort`], by Newton's method; `None` where the lens shows nothing of what it
-    /// was calibrated for (the model folds back there, or sees behind the camera).
+    /// The inverse of [`Self::distort`], by Newton's method; `None` outside the part of the image that the
+    /// model describes (it folds back there, or sees behind the camera).
     #[must_use]
     pub fn undistort(&self, seen: [f64; 2]) -> Option<[f64; 2]> {
         let limit = self.largest_radius_squared();
@@ -87,7 +87,7 @@ impl Distortion {
             if error_x.abs().max(error_y.abs()) < 1e-14 {
                 break;
             }
-            // The slopes by differences: the models have no derivative in common.
+            // Slopes are taken by differences: the models have no derivative in common.
             let [right_x, right_y] = self.distort([x + STEP, y]).map(|c| c / STEP);
             let [down_x, down_y] = self.distort([x, y + STEP]).map(|c| c / STEP);
             let (xx, yx) = (right_x - found_x / STEP, right_y - found_y / STEP);
@@ -95,7 +95,8 @@ impl Distortion {
             let determinant = xx * yy - xy * yx;
             let (step_x, step_y) =
                 ((yy * error_x - xy * error_y) / determinant, (xx * error_y - yx * error_x) / determinant);
-            // A step may not be longer than the place is far out: that would jump over a fold.
+            // A step is no longer than half the distance from the axis plus 0.05: a longer one could jump
+            // over a fold.
             let longest = 0.5 * (x.hypot(y) + 0.1);
             let shorter = (longest / step_x.hypot(step_y)).min(1.0);
             (x, y) = (x + step_x * shorter, y + step_y * shorter);
@@ -105,14 +106,14 @@ impl Distortion {
         (is_found && x * x + y * y <= limit).then_some([x, y])
     }
 
-    /// The square of the distance from the axis up to which farther out in space is farther out in the image;
-    /// at most that of a ray 84 degrees off the axis.
+    /// The square of the greatest distance from the axis up to which points farther out in space are farther
+    /// out in the image; at most that of a ray 84 degrees off the axis.
     pub(crate) fn largest_radius_squared(&self) -> f64 {
         let seen = |radius: f64| radius * self.radial_factor(radius * radius);
         let mut radius = 0.0;
         while radius < 10.0 {
             let next = radius + 0.01;
-            // Not a number is no way out either.
+            // NaN ends the loop too.
             if seen(next).partial_cmp(&seen(radius)) != Some(std::cmp::Ordering::Greater) {
                 break;
             }

@@ -1,6 +1,6 @@
 use crate::ConfigError;
 
-/// Why a value of the vocabulary was refused. A refused value changes nothing.
+/// Why a value was refused. A refused value changes nothing.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -27,13 +27,13 @@ pub enum Error {
         /// Given length.
         actual: usize,
     },
-    /// A foreign buffer whose rows overlap, or that ends before the last of them does.
+    /// A foreign buffer whose rows overlap, or that ends before the last row does.
     #[error(
         "a buffer of {actual} values for {} rows of {} values, {row_stride} apart: it needs {expected}, and rows must not overlap",
         size[1], size[0]
     )]
     RowStride {
-        /// Values in a row (those of all channels), and rows.
+        /// Number of values in a row (of all channels), and of rows.
         size: [usize; 2],
         /// Values from the beginning of a row to that of the next.
         row_stride: usize,
@@ -59,12 +59,12 @@ pub enum Error {
     /// Two masks that differ in size.
     #[error("a mask of {}x{} pixels combined with one of {}x{}", other[0], other[1], size[0], size[1])]
     MaskSize {
-        /// Width and height of the one that should change, pixels.
+        /// Width and height of the mask that should change, pixels.
         size: [usize; 2],
-        /// Width and height of the other, pixels.
+        /// Width and height of the other mask, pixels.
         other: [usize; 2],
     },
-    /// Run-lengths that do not add up to their image.
+    /// Run-lengths that do not add up to the pixels of their image.
     #[error("run-lengths that add up to {sum}, an image of {width}x{height} pixels has {}", width * height)]
     RunLengths {
         /// Width, pixels.
@@ -82,7 +82,8 @@ pub enum Error {
         /// Number of colours.
         colors: usize,
     },
-    /// A focal length that is zero, tiny, huge or not finite, or such a principal point.
+    /// A focal length that is zero, tiny, huge or not finite, or a principal point that is huge or not
+    /// finite.
     #[error(
         "intrinsics fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy}: 1e-3 <= |fx|, |fy| <= 1e9 and |cx|, |cy| <= 1e9 must hold"
     )]
@@ -96,8 +97,8 @@ pub enum Error {
         /// Principal point, v.
         cy: f64,
     },
-    /// A factor from stored depth to metres that is not finite and positive.
-    #[error("a depth scale of {0} units a metre: it must be finite and positive")]
+    /// A number of stored units per metre that is not finite and positive.
+    #[error("a depth scale of {0} units per metre: it must be finite and positive")]
     DepthScale(f64),
     /// A quaternion that is not of unit length, or a pose that is not finite.
     #[error(

@@ -34,8 +34,8 @@ impl Frame {
     }
 
     /// The frame with every `stride`-th pixel of every `stride`-th row, and the camera that sees just these:
-    /// its pixel (i, j) is (i `stride`, j `stride`) here. Work on it costs 1/`stride`^2. A stride of 0 is
-    /// taken for 1.
+    /// its pixel (i, j) is (i `stride`, j `stride`) here. Work on it costs 1/`stride`^2. A stride of 0 counts
+    /// as 1.
     ///
     /// # Errors
     ///

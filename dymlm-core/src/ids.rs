@@ -51,11 +51,13 @@ macro_rules! id {
 }
 
 id! {
-    /// A plane of a plane map. After a merge the id of the absorbed plane still leads to what it became.
+    /// A plane of a plane map. After a merge the id of the absorbed plane still leads to the plane that it
+    /// became part of.
     PlaneId
 }
 id! {
-    /// An object of an object map. After a merge the id of the absorbed object still leads to what it became.
+    /// An object of an object map. After a merge the id of the absorbed object still leads to the object that
+    /// it became part of.
     ObjectId
 }
 id! {
@@ -67,7 +69,8 @@ id! {
     TrackId
 }
 id! {
-    /// The how-manieth of its kind that came into its map a plane or an object was. A map that is built again
-    /// of the same gives the same births, whatever its things are called; see [`Names`](crate::Names).
+    /// The number, counted from 0 for each kind, with which a plane or an object came into its map. A map
+    /// that is built again from the same input gives the same births, whatever ids its things have; see
+    /// [`Names`](crate::Names).
     Birth
 }

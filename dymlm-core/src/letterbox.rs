@@ -1,7 +1,7 @@
 use crate::pinhole_camera::{check_buffer, check_image_size};
 use crate::{BoundingBox, Error, Mask};
 
-/// How an image lies in a network's square: scaled to fit with its proportions kept, and centred between two
+/// How an image lies in a network's input: scaled to fit with its proportions kept, and centred between two
 /// bars of padding, as YOLO networks are fed.
 ///
 /// ```
@@ -23,14 +23,14 @@ use crate::{BoundingBox, Error, Mask};
 pub struct Letterbox {
     image: [usize; 2],
     network: [usize; 2],
-    /// Network pixels a pixel of the image.
+    /// Network pixels per pixel of the image.
     scale: f64,
     /// Width of the left bar and height of the upper one, network pixels.
     padding: [f64; 2],
 }
 
 impl Letterbox {
-    /// An image of `image` (width, height) pixels in the middle of `network` ones.
+    /// An image of `image` (width, height) pixels in the middle of an input of `network` pixels.
     ///
     /// # Errors
     ///
@@ -72,7 +72,7 @@ impl Letterbox {
 }
 
 impl Mask {
-    /// The instance mask of a network: `true` where its scores (one a network pixel, row by row),
+    /// The instance mask of a network: `true` where its scores (one per network pixel, row by row),
     /// interpolated bilinearly between the bars of padding, are above `threshold` - 0 for logits, 0.5 for
     /// probabilities - and within the box, if one is given (in pixels of the image). O(pixels of the box).
     ///

@@ -3,14 +3,14 @@ use std::ops::Range;
 use crate::pinhole_camera::{check_buffer, check_image_size};
 use crate::{BoundingBox, Error};
 
-/// A set of pixels of an image, one bit a pixel.
+/// A set of pixels of an image, one bit per pixel.
 ///
 /// `true` always means that the pixel belongs to what the mask is named after: a *static* mask is true where
 /// the scene is static, an *instance* mask where the image shows the object, a mask of *movers* where it
 /// shows one.
 ///
 /// Each row begins at a word of 64 bits, so that rows are slices of words ([`Self::row_words`]): pixel (u, v)
-/// is bit u % 64 of word u / 64 of row v. The bits behind a row's last pixel are 0.
+/// is bit u % 64 of word u / 64 of row v. The bits after a row's last pixel are 0.
 ///
 /// ```
 /// use dymlm_core::Mask;
@@ -27,14 +27,14 @@ use crate::{BoundingBox, Error};
 pub struct Mask {
     width: usize,
     height: usize,
-    /// `words_per_row` words a row.
+    /// `words_per_row` words per row.
     words: Vec<u64>,
 }
 
 const WORD: usize = u64::BITS as usize;
 
 impl Mask {
-    /// Takes one `bool` a pixel, row by row from the top left.
+    /// Takes one `bool` per pixel, row by row from the top left.
     ///
     /// # Errors
     ///
@@ -46,7 +46,7 @@ impl Mask {
         Ok(Self { width, height, words })
     }
 
-    /// Takes rows of words as [`Self::row_words`] gives them; bits behind a row's last pixel are left out.
+    /// Takes rows of words as [`Self::row_words`] gives them; bits after a row's last pixel are left out.
     ///
     /// # Errors
     ///
@@ -66,7 +66,7 @@ impl Mask {
         Ok(mask)
     }
 
-    /// Asks `belongs(u, v)` for each pixel, row by row.
+    /// The pixels for which `belongs(u, v)` is true; it is called row by row.
     ///
     /// # Errors
     ///
@@ -169,7 +169,7 @@ impl Mask {
         }
     }
 
-    /// Sets some columns of row `v`; what lies outside the image is passed over.
+    /// Sets some columns of row `v`; columns and rows outside the image are ignored.
     pub fn fill_row(&mut self, v: usize, columns: Range<usize>, value: bool) {
         let columns = columns.start..columns.end.min(self.width);
         if v >= self.height || columns.is_empty() {
@@ -223,8 +223,8 @@ impl Mask {
         })
     }
 
-    /// Overwrites the values of a row, one a pixel, wherever row `v` of the mask is `false`: what is masked
-    /// out of a depth image's row, for instance. Costs little where 64 pixels in a row are alike.
+    /// Overwrites the values of a row, one per pixel, wherever row `v` of the mask is `false`: for instance
+    /// to mask a row of a depth image. Costs little where 64 consecutive pixels are equal.
     #[inline]
     pub fn overwrite_outside<T: Copy>(&self, v: usize, row: &mut [T], value: T) {
         for (values, &word) in row.chunks_mut(WORD).zip(self.row_words(v)) {
@@ -251,7 +251,7 @@ impl Mask {
         inverted
     }
 
-    /// Makes pixels `true` that another mask of the same size has so: the union.
+    /// Makes pixels `true` that are `true` in another mask of the same size: the union.
     ///
     /// # Errors
     ///
@@ -260,7 +260,7 @@ impl Mask {
         self.combine(other, |a, b| a | b)
     }
 
-    /// Makes pixels `false` that another mask of the same size has `true`: the difference.
+    /// Makes pixels `false` that are `true` in another mask of the same size: the difference.
     ///
     /// # Errors
     ///

@@ -2,9 +2,9 @@ use std::collections::BTreeMap;
 
 use crate::Succession;
 
-/// What the ids of merged things lead to: each to the thing that it went into, and on from there.
+/// What the ids of merged things lead to: each to the thing that its own was merged into, and on from there.
 ///
-/// No id ever leads back to itself, so that each way ends.
+/// No id ever leads back to itself, so that each chain ends.
 ///
 /// ```
 /// use dymlm_core::{MergedIds, PlaneId};
@@ -37,7 +37,7 @@ impl<Id> Default for MergedIds<Id> {
 }
 
 impl<Id: Copy + Ord> MergedIds<Id> {
-    /// What an id leads to: itself unless its thing was merged. O(merges on the way).
+    /// The id that an id leads to: itself unless its thing was merged. O(merges on the way).
     pub fn current(&self, id: Id) -> Id {
         let mut current = id;
         while let Some(&into) = self.into.get(&current) {
@@ -46,7 +46,7 @@ impl<Id: Copy + Ord> MergedIds<Id> {
         current
     }
 
-    /// Lets an id lead to another. Refuses, and says `false`, when the other leads back to it.
+    /// Lets an id lead to another. Changes nothing and returns `false` when the other leads back to it.
     pub fn insert(&mut self, from: Id, into: Id) -> bool {
         let is_open = self.current(into) != from;
         if is_open {
@@ -76,11 +76,12 @@ impl<Id: Copy + Ord> MergedIds<Id> {
         self.into.contains_key(&id)
     }
 
-    /// Calls all by new ids.
+    /// Replaces all ids by new ones.
     ///
-    /// These are the merges of a map that takes the place of another: what led on there (`before`) leads on
-    /// still, and what became one with another thing only now (`merged`) leads to that; not so the ids of
-    /// things that the new map has by themselves, and not where the new map's own merges lead back.
+    /// These are the merges of a map that replaces another map: the merges there (`before`) still hold, and
+    /// the ids of things that became part of another thing only now (`merged`) lead to that thing. Not taken
+    /// over are ids of things that the new map has on their own, and merges that would close a circle with
+    /// the new map's own.
     pub fn succeed(
         &mut self,
         ids: &mut Succession<Id>,
@@ -96,7 +97,7 @@ impl<Id: Copy + Ord> MergedIds<Id> {
         }
     }
 
-    /// Bytes that it holds, about.
+    /// Bytes held, approximately.
     pub fn memory_bytes(&self) -> usize {
         self.into.len() * size_of::<[Id; 2]>()
     }
@@ -161,7 +162,8 @@ mod tests {
         assert_eq!([4, 2, 5].map(|id| current(&merged, id)), [7, 7, 5]);
     }
 
-    /// Before, 0 went into 1, and 2 into 3; in the new map 1 into 2, and 3 into 0. All of them are gone.
+    /// Before, 0 went into 1, and 2 into 3; in the new map 1 into 2, and 3 into 0. None of these things is in
+    /// the map.
     #[test]
     fn merges_of_two_maps_do_not_lead_round_in_a_circle() {
         let before = merged(&[[0, 1], [2, 3]]);
@@ -169,7 +171,7 @@ mod tests {
         let same = (0..4).map(|id| (ObjectId::new(id), ObjectId::new(id))).collect();
         let mut ids = Succession::new(same, [4, 4], ObjectId::new);
         now.succeed(&mut ids, &BTreeMap::new(), &before, |_| false);
-        // Each way ends, and the new map's merges hold.
+        // Each chain ends, and the new map's merges hold.
         let ends = [0, 1, 2, 3].map(|id| current(&now, id));
         assert_eq!((ends[1], ends[3]), (ends[2], ends[0]));
     }

@@ -3,11 +3,10 @@ use std::collections::BTreeMap;
 use crate::ids::Numbered;
 use crate::{Birth, Succession};
 
-/// What the things of a map are called, and which of them came into it first.
+/// The ids of the things of a map, and the order in which the things came into it.
 ///
-/// A map keeps, visits and ranks its things by their births. Their ids are names: those of a map that was
-/// built again are handed down from the map before, in no order that means anything, and must not change what
-/// the map holds.
+/// A map keeps, visits and ranks its things by their births. Their ids are names: a map that was built again
+/// takes them from the map before, in an order without meaning, and they must not change what the map holds.
 ///
 /// ```
 /// use dymlm_core::{Birth, Names, PlaneId};
@@ -30,9 +29,9 @@ use crate::{Birth, Succession};
 pub struct Names<Id> {
     births: u64,
     given: u64,
-    /// Of the things whose id has another number than their birth.
+    /// The ids of the things whose id has another number than their birth.
     of_births: BTreeMap<Birth, Id>,
-    /// The same the other way round.
+    /// The births of the same things by id.
     births_of: BTreeMap<Id, Birth>,
 }
 
@@ -43,7 +42,7 @@ impl<Id> Default for Names<Id> {
 }
 
 impl<Id: Numbered> Names<Id> {
-    /// A thing comes into the map, and gets an id that no other ever had.
+    /// Adds a thing to the map, with an id that no other thing ever had.
     pub fn add(&mut self) -> (Birth, Id) {
         let (birth, id) = (Birth::new(self.births), Id::numbered(self.given));
         (self.births, self.given) = (self.births + 1, self.given + 1);
@@ -51,12 +50,12 @@ impl<Id: Numbered> Names<Id> {
         (birth, id)
     }
 
-    /// What a thing is called that is in the map.
+    /// The id of a thing that is in the map.
     pub fn id(&self, birth: Birth) -> Id {
         self.of_births.get(&birth).copied().unwrap_or(Id::numbered(birth.get()))
     }
 
-    /// The birth of the thing that is called so, if it is in the map; of other ids perhaps one that no thing
+    /// The birth of the thing with this id, if it is in the map; for other ids perhaps a birth that no thing
     /// of the map has.
     pub fn birth(&self, id: Id) -> Option<Birth> {
         let same = Some(Birth::new(id.number())).filter(|own| own.get() < self.births);
@@ -64,21 +63,21 @@ impl<Id: Numbered> Names<Id> {
         self.births_of.get(&id).copied().or_else(called_so)
     }
 
-    /// Forgets what a thing was called that is gone for good.
+    /// Forgets the id of a thing that is gone for good.
     pub fn forget(&mut self, birth: Birth) {
         if let Some(id) = self.of_births.remove(&birth) {
             self.births_of.remove(&id);
         }
     }
 
-    /// Forgets what all others were called than those that are in the map, or may come back.
+    /// Forgets the ids of all things but those that stay: that are in the map, or may come back.
     pub fn retain(&mut self, stays: impl Fn(Birth) -> bool) {
         self.of_births.retain(|birth, _| stays(*birth));
         self.births_of.retain(|_, birth| stays(*birth));
     }
 
-    /// Calls the things that are in the map, or may come back, by new ids, and forgets what others were
-    /// called. No birth changes.
+    /// Gives new ids to the things that are in the map, or may come back, and forgets the ids of others. No
+    /// birth changes.
     pub fn succeed(&mut self, in_map: impl IntoIterator<Item = Birth>, ids: &mut Succession<Id>) {
         let called: Vec<(Birth, Id)> =
             in_map.into_iter().map(|birth| (birth, ids.of(self.id(birth)))).collect();
@@ -89,7 +88,7 @@ impl<Id: Numbered> Names<Id> {
         self.given = ids.given();
     }
 
-    /// So many ids have been given, some of them to what is in the map no more.
+    /// Notes that at least `given` ids have been given, some of them to things that are no longer in the map.
     pub fn give_until(&mut self, given: u64) {
         self.given = self.given.max(given);
     }
@@ -104,7 +103,7 @@ impl<Id: Numbered> Names<Id> {
         self.given
     }
 
-    /// Bytes that they hold, about.
+    /// Bytes held, approximately.
     pub fn memory_bytes(&self) -> usize {
         2 * self.of_births.len() * size_of::<(Birth, Id)>()
     }
@@ -117,7 +116,7 @@ impl<Id: Numbered> Names<Id> {
     }
 }
 
-/// What is saved of names.
+/// The part of [`Names`] that is saved.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(rename = "Names")]
@@ -134,12 +133,12 @@ impl<Id: Numbered> TryFrom<SavedNames<Id>> for Names<Id> {
     fn try_from(saved: SavedNames<Id>) -> Result<Self, Self::Error> {
         let SavedNames { births, given, of_births } = saved;
         let births_of: BTreeMap<Id, Birth> = of_births.iter().map(|(&birth, &id)| (id, birth)).collect();
-        // Each thing has been given an id, so that none of those to come is one that is in use.
+        // Each thing has been given an id, so that no id to come is already in use.
         let is_possible = births <= given
             && births_of.len() == of_births.len()
             && of_births.iter().all(|(birth, id)| birth.get() < births && id.number() < given);
         let names = Self { births, given, of_births, births_of };
-        if is_possible { Ok(names) } else { Err("names of what is not there, or of two things") }
+        if is_possible { Ok(names) } else { Err("an id of a thing that does not exist, or of two things") }
     }
 }
 
@@ -155,8 +154,8 @@ mod tests {
     use super::*;
     use crate::PlaneId;
 
-    /// Of a map with things 0 to 2 and a seventh id given before: 0 is called 1 and 1 is called 0 from now on,
-    /// and 2 as none ever was.
+    /// The names of things 0 to 2, where seven ids were given before: from now on thing 0 has id 1, thing 1
+    /// has id 0, and thing 2 has a new id.
     fn succeeded() -> Names<PlaneId> {
         let mut names = Names::<PlaneId>::default();
         for _ in 0..3 {
@@ -204,7 +203,8 @@ mod tests {
         }
     }
 
-    /// The next thing would have been called as one of those that are in the map. (Found by `saved_objects`.)
+    /// The next thing would have got the id of a thing that is in the map. (Found by the fuzz target
+    /// `saved_objects`.)
     #[cfg(feature = "serde")]
     #[test]
     fn fewer_ids_than_things_are_not_read() {

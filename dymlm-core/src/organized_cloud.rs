@@ -1,9 +1,9 @@
 use crate::{DepthImage, Error, PinholeCamera, Point};
 
-/// The points of a depth image in the camera frame, one a pixel, row by row. A point with z = 0 is no
+/// The points of a depth image in the camera frame, one per pixel, row by row. A point with z = 0 is no
 /// reading.
 ///
-/// The buffer is the caller's to keep: filled again for each frame, it allocates once.
+/// A buffer to reuse: filled again for each frame, it allocates once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OrganizedCloud {
     width: usize,

@@ -1,8 +1,8 @@
 use std::ops::Index;
 use std::sync::Arc;
 
-/// A list of which clones share the pages that neither has changed since, so that a clone costs a pointer for
-/// each 64 items.
+/// A list whose clones share the pages that neither has changed since, so that a clone costs one pointer per
+/// 64 items.
 ///
 /// ```
 /// use dymlm_core::Pages;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Pages<T> {
     full: Vec<Arc<[T; PAGE]>>,
-    /// The items behind the last full page, fewer than one holds.
+    /// The items after the last full page, fewer than a page holds.
     rest: Vec<T>,
 }
 
@@ -30,7 +30,7 @@ impl<T> Default for Pages<T> {
 const PAGE: usize = 64;
 
 impl<T> Pages<T> {
-    /// Items of a page.
+    /// Number of items in a page.
     pub const PAGE: usize = PAGE;
 
     /// Number of items.
@@ -45,7 +45,7 @@ impl<T> Pages<T> {
         self.len() == 0
     }
 
-    /// An item by its place.
+    /// An item by its index.
     #[inline]
     pub fn get(&self, index: usize) -> Option<&T> {
         match self.full.get(index / PAGE) {
@@ -54,12 +54,12 @@ impl<T> Pages<T> {
         }
     }
 
-    /// The places of the items that this list does not share with another.
+    /// The indices of the items that this list does not share with another.
     pub fn unshared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
         self.unshared_pages(other).flat_map(|(page, items)| page * PAGE..page * PAGE + items.len())
     }
 
-    /// The pages that this list does not share with another, by number.
+    /// The pages that this list does not share with another, with their numbers.
     pub fn unshared_pages<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (usize, &'a [T])> + 'a {
         let is_shared = |page: usize| {
             let pages = self.full.get(page).zip(other.full.get(page));
@@ -79,7 +79,7 @@ impl<T> Pages<T> {
         self.full.iter().flat_map(|page| page.iter()).chain(&self.rest)
     }
 
-    /// The items from a place on.
+    /// The items from an index on.
     pub fn iter_from(&self, index: usize) -> impl Iterator<Item = &T> {
         self.pages().skip(index / PAGE).flatten().skip(index % PAGE)
     }
@@ -110,7 +110,7 @@ impl<T> Pages<T> {
 }
 
 impl<T: Clone> Pages<T> {
-    /// The first items; they share their pages with these.
+    /// The first `len` items; full pages are shared with this list.
     #[must_use]
     pub fn first(&self, len: usize) -> Self {
         let full: Vec<_> = self.full.iter().take(len / PAGE).map(Arc::clone).collect();
@@ -119,7 +119,7 @@ impl<T: Clone> Pages<T> {
         Self { full, rest }
     }
 
-    /// An item to be changed; its page is copied while a clone has it.
+    /// An item to be changed; its page is copied first if a clone shares it.
     #[inline]
     pub fn get_mut(&mut self, index: usize) -> Option<&mut T> {
         let rest = self.full.len() * PAGE;
@@ -129,7 +129,7 @@ impl<T: Clone> Pages<T> {
         }
     }
 
-    /// Puts another item in the place of one; nothing happens where there is none.
+    /// Replaces an item; nothing happens when there is none at the index.
     pub fn set(&mut self, index: usize, item: T) {
         if let Some(place) = self.get_mut(index) {
             *place = item;
@@ -141,14 +141,14 @@ impl<T: Clone> Pages<T> {
         self.full.iter_mut().flat_map(|page| Arc::make_mut(page).iter_mut()).chain(&mut self.rest)
     }
 
-    /// Makes it so long, with more of these.
+    /// Grows the list to `len` items, with new ones at the end.
     pub fn grow(&mut self, len: usize, mut new: impl FnMut() -> T) {
         while self.len() < len {
             self.push(new());
         }
     }
 
-    /// Keeps the items for whose places `stays` says so, in their order.
+    /// Keeps the items for which `stays` is true, in their order.
     pub fn keep(&mut self, stays: &[bool]) {
         let kept = self.iter().zip(stays).filter(|(_, stays)| **stays).map(|(item, _)| item.clone());
         *self = kept.collect();
@@ -168,7 +168,7 @@ impl<T> FromIterator<T> for Pages<T> {
 impl<T> Index<usize> for Pages<T> {
     type Output = T;
 
-    /// As of a slice, for an index that is known to be within.
+    /// As for a slice: for an index that is known to be in range.
     #[inline]
     fn index(&self, index: usize) -> &T {
         match self.full.get(index / PAGE) {

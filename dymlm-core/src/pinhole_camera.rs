@@ -104,7 +104,8 @@ impl PinholeCamera {
     }
 
     /// How much finer than a Kinect's (f = 525 px at 640x480) the camera's pixels are: the geometric mean of
-    /// its focal lengths over 525. A length in pixels that was chosen for that camera is multiplied by it.
+    /// its focal lengths over 525. A length in pixels that was chosen for a Kinect is multiplied by this
+    /// factor.
     ///
     /// ```
     /// let camera = dymlm_core::PinholeCamera::new(1280, 960, 1050.0, 1050.0, 639.5, 479.5)?;
@@ -122,9 +123,9 @@ impl PinholeCamera {
         ((self.width * self.height) as f64 / (640.0 * 480.0)).sqrt()
     }
 
-    /// The camera of an image that is every `stride`-th pixel of every `stride`-th row of this one's: its
-    /// pixel (i, j) is (i `stride`, j `stride`) here, so that focal lengths and principal point are divided
-    /// by the stride exactly. A stride of 0 is taken for 1.
+    /// The camera of the image of every `stride`-th pixel of every `stride`-th row of this camera's image:
+    /// its pixel (i, j) is (i `stride`, j `stride`) here, so that focal lengths and principal point are
+    /// divided by the stride exactly. A stride of 0 counts as 1.
     ///
     /// # Errors
     ///

@@ -37,7 +37,7 @@ impl Plane {
         self.normal
     }
 
-    /// A plane as it was taken apart by [`Self::normal`] and [`Self::d`], the same bits: nothing is
+    /// The plane of a [`Self::normal`] and a [`Self::d`] that a plane gave, bit by bit: nothing is
     /// normalized. `None` when the normal is not of unit length.
     #[must_use]
     pub fn of_unit_normal(normal: [f64; 3], d: f64) -> Option<Self> {
@@ -84,7 +84,7 @@ impl TryFrom<RawPlane> for Plane {
 
     fn try_from(RawPlane { normal, d }: RawPlane) -> Result<Self, Error> {
         let plane = Self::new(normal, d)?;
-        // What was written with a unit normal is read to the last bit.
+        // A plane that was written with a unit normal is read back bit by bit.
         let is_unit = (dot(normal, normal) - 1.0).abs() < 1e-9;
         Ok(if is_unit { Self { normal, d } } else { plane })
     }

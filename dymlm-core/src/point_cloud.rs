@@ -1,6 +1,6 @@
 use crate::{Error, Point, Rgb};
 
-/// A cloud of points, with a colour each or none at all.
+/// A cloud of points, with one colour per point or without colours.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "RawCloud"))]
@@ -15,7 +15,7 @@ impl PointCloud {
         Self { points, colors: None }
     }
 
-    /// A cloud with one colour a point.
+    /// A cloud with one colour per point.
     ///
     /// # Errors
     ///
@@ -51,7 +51,7 @@ impl PointCloud {
         self.points.is_empty()
     }
 
-    /// The points at `indices`, in that order; indices outside the cloud are passed over.
+    /// The points at `indices`, in that order; indices outside the cloud are ignored.
     #[must_use]
     pub fn select(&self, indices: &[usize]) -> Self {
         let points = indices.iter().filter_map(|&i| self.points.get(i).copied()).collect();

@@ -107,7 +107,8 @@ impl Pose {
     #[must_use]
     pub fn interpolate(&self, other: &Self, fraction: f64) -> Self {
         let translation = self.isometry.translation.vector.lerp(&other.isometry.translation.vector, fraction);
-        // Half a turn apart, every axis is as good as any other: stay, rather than choose by rounding.
+        // For rotations half a turn apart every axis is as good: keep this rotation rather than let rounding
+        // choose.
         let rotation = self
             .isometry
             .rotation
@@ -153,8 +154,8 @@ struct RawPose {
 impl TryFrom<RawPose> for Pose {
     type Error = Error;
 
-    /// A pose that was written is read back to the bit: what is one already, to rounding, is not normalized
-    /// again.
+    /// A pose that was written is read back bit by bit: a quaternion of unit length, to rounding, is not
+    /// normalized again.
     fn try_from(raw: RawPose) -> Result<Self, Error> {
         let pose = Self::new(raw.translation, raw.quaternion)?;
         let departure = raw.quaternion.iter().map(|q| q * q).sum::<f64>() - 1.0;

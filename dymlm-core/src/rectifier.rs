@@ -1,10 +1,10 @@
 use crate::{BoundingBox, ColorImage, DepthImage, Detection, Distortion, Error, Mask, PinholeCamera};
 
-/// Makes the images of a lens with distortion those of a pinhole camera: depth by the nearest pixel, colour
-/// bilinearly.
+/// Turns the images of a lens with distortion into those of a pinhole camera: depth by the nearest pixel,
+/// colour bilinearly.
 ///
-/// The way from each pixel to the raw image is worked out once; a frame then allocates nothing and costs a
-/// look at each pixel. Depth along the optical axis is the same in both images.
+/// The place of each pixel in the raw image is computed once; a frame then allocates nothing and costs one
+/// look-up per pixel. Depth along the optical axis is the same in both images.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Distortion, PinholeCamera, Rectifier};
@@ -36,7 +36,7 @@ struct Place {
     nearest: u32,
     /// Index of the raw pixel at the upper left of the place.
     corner: u32,
-    /// 1/256 of the way to the next column and to the next row.
+    /// How far the place is on the way to the next column and to the next row, in 1/256.
     across: u16,
     down: u16,
 }
@@ -44,8 +44,8 @@ struct Place {
 const NOWHERE: u32 = u32::MAX;
 
 impl Rectifier {
-    /// From the images of a lens - `raw` has their size and the lens's focal lengths and principal point - to
-    /// those of `camera`, which may be the same or one of another size and focal length. O(pixels).
+    /// A rectifier from the images of a lens (`raw` has their size and the lens's focal lengths and principal
+    /// point) to those of `camera`, which may be the same or have another size and focal length. O(pixels).
     #[must_use]
     pub fn new(raw: &PinholeCamera, distortion: &Distortion, camera: &PinholeCamera) -> Self {
         let limit = distortion.largest_radius_squared();
@@ -96,7 +96,7 @@ impl Rectifier {
             if place.nearest == NOWHERE {
                 return black;
             }
-            // A place on the last column or row leans on the one before it.
+            // On the last column or row, `across` or `down` is 0: no pixel beyond it is read.
             let of = |index: usize| pixels.get(index).copied().unwrap_or(black);
             let corner = place.corner as usize;
             let (across, down) = (u32::from(place.across), u32::from(place.down));
@@ -131,8 +131,8 @@ impl Rectifier {
         Ok(())
     }
 
-    /// Where a pixel of the raw image lies in the rectified ones, inside them or not; `None` where the lens
-    /// shows nothing of what it was calibrated for.
+    /// Where a pixel of the raw image lies in the rectified ones, inside them or not; `None` outside the part
+    /// of the image that the lens model describes.
     #[must_use]
     pub fn rectify_point(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         let [x, y, _] = self.raw.back_project(pixel, 1.0);
@@ -140,7 +140,7 @@ impl Rectifier {
         self.camera.project([x, y, 1.0])
     }
 
-    /// The smallest box that holds the border of a box of the raw image, looked at in 32 places; `None` when
+    /// The smallest box that holds the border of a box of the raw image, sampled in 32 places; `None` when
     /// the lens shows nothing there.
     #[must_use]
     pub fn rectify_box(&self, bounding_box: &BoundingBox) -> Option<BoundingBox> {
@@ -171,7 +171,7 @@ impl Rectifier {
     }
 }
 
-/// A place on the raw image.
+/// The place of a position on the raw image, pixels.
 fn at(raw: &PinholeCamera, pixel: [f64; 2]) -> Place {
     let size = [raw.width(), raw.height()];
     let inside = [0, 1].map(|axis| pixel[axis].clamp(0.0, (size[axis] - 1) as f64));

@@ -1,8 +1,8 @@
 use crate::pinhole_camera::check_image_size;
 use crate::{Error, Mask};
 
-/// Run-lengths as COCO has them (`pycocotools.mask`): numbers of pixels that are alike, down the columns from
-/// left to right, the first of them `false`.
+/// Run-lengths as COCO has them (`pycocotools.mask`): lengths of runs of equal pixels, down the columns from
+/// left to right, the first run `false`.
 impl Mask {
     /// The mask as COCO's run-lengths. O(pixels).
     ///
@@ -98,8 +98,9 @@ mod coco {
         }
     }
 
-    /// `rleToString` of the COCO API: from the fourth run on the difference to the run before the last, in
-    /// groups of five bits from the lowest, each a character from 48 on with bit 5 set when another follows.
+    /// `rleToString` of the COCO API: from the fourth run on the difference to the run two before it, in
+    /// groups of five bits from the lowest, each group a character from 48 on with bit 5 set when another
+    /// follows.
     fn compressed(runs: &[u32]) -> String {
         let mut text = String::new();
         for (index, &run) in runs.iter().enumerate() {
@@ -119,7 +120,7 @@ mod coco {
         text
     }
 
-    /// `rleFrString` of the COCO API; `None` for what it never writes.
+    /// `rleFrString` of the COCO API; `None` for text that `rleToString` never writes.
     fn decompressed(text: &str) -> Option<Vec<u32>> {
         let mut runs: Vec<u32> = Vec::new();
         let (mut value, mut shift) = (0_i64, 0);

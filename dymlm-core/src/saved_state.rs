@@ -1,10 +1,11 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Takes what has changed of a state that is being saved: a part's key and its bytes, `None` where there is
-/// no such part any more.
+/// Takes what has changed of a state that is being saved: a part's key and its bytes, `None` where the part
+/// no longer exists.
 ///
-/// A map's state comes in parts, so that what has not changed since it was saved last is not written again.
+/// A map's state comes in parts, so that parts that have not changed since the last save are not written
+/// again.
 pub type StateSink<'a> = dyn FnMut(u64, Option<&[u8]>) -> std::io::Result<()> + 'a;
 
 /// A part of a saved state is not what the program can have written: it was damaged, or made by hand.
@@ -18,13 +19,13 @@ pub struct DamagedState {
 }
 
 impl DamagedState {
-    /// What is wrong with a part.
+    /// The error for a part, with what is wrong with it.
     pub fn new(part: u64, what: impl Into<String>) -> Self {
         Self { part, what: what.into() }
     }
 }
 
-/// A value as bytes: numbers of few bytes where they are small, floating-point numbers to the bit.
+/// A value as bytes: small integers take few bytes, floating-point numbers are kept bit by bit.
 ///
 /// # Errors
 ///
@@ -33,11 +34,11 @@ pub fn encode_part<T: Serialize + ?Sized>(value: &T) -> std::io::Result<Vec<u8>>
     postcard::to_stdvec(value).map_err(std::io::Error::other)
 }
 
-/// The value that [`encode_part`] made these bytes of.
+/// The value from which [`encode_part`] made these bytes.
 ///
 /// # Errors
 ///
-/// [`DamagedState`] where they are those of no such value, also when bytes are left over.
+/// [`DamagedState`] when the bytes are not those of such a value, also when bytes are left over.
 pub fn decode_part<T: DeserializeOwned>(part: u64, bytes: &[u8]) -> Result<T, DamagedState> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),

@@ -3,15 +3,15 @@ use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Names tried before giving up: other sessions' files may be in the folder.
+/// Names tried before giving up: files of other processes may be in the folder.
 const MOST_NAMES: u32 = 10_000;
 
-/// A file for what does not fit into memory, which goes with its owner: where the system allows it, it has no
-/// name from the beginning, so that not even a crash leaves it.
+/// A file for data that do not fit into memory, which is removed with its owner. Where the system allows it,
+/// the file loses its name at once, so that not even a crash leaves it behind.
 #[derive(Debug)]
 pub struct ScratchFile {
     file: Mutex<Contents>,
-    /// Its name, where one had to stay.
+    /// The file's path, where its name had to stay.
     path: Option<PathBuf>,
 }
 
@@ -22,7 +22,7 @@ struct Contents {
 }
 
 impl ScratchFile {
-    /// An empty file in a folder that exists; as long as it has a name, `purpose` is a part of it.
+    /// An empty file in a folder that exists; `purpose` is a part of its name, as long as it has one.
     ///
     /// # Errors
     ///
@@ -43,7 +43,8 @@ impl ScratchFile {
         Err(ErrorKind::AlreadyExists.into())
     }
 
-    /// Writes bytes behind the others; gives where they begin. What fails is written over by the next.
+    /// Writes bytes after the others; returns where they begin. Bytes of a failed call are overwritten by the
+    /// next.
     ///
     /// # Errors
     ///
@@ -69,11 +70,11 @@ impl ScratchFile {
         contents.write(offset, bytes)
     }
 
-    /// Reads so many bytes.
+    /// Reads `length` bytes from an offset on.
     ///
     /// # Errors
     ///
-    /// Those of reading, also when there are not so many.
+    /// Those of reading, also when there are fewer bytes.
     pub fn read(&self, offset: u64, length: usize) -> Result<Vec<u8>> {
         let mut bytes = vec![0; length];
         let mut contents = self.locked();
@@ -83,7 +84,7 @@ impl ScratchFile {
     }
 
     fn locked(&self) -> MutexGuard<'_, Contents> {
-        // Every use seeks first.
+        // A poisoned lock does no harm: every use seeks first.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -98,7 +99,7 @@ impl Contents {
 impl Drop for ScratchFile {
     fn drop(&mut self) {
         if let Some(path) = &self.path {
-            // Nobody can be told.
+            // A failure cannot be reported here.
             let _ = std::fs::remove_file(path);
         }
     }

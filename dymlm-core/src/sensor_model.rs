@@ -3,8 +3,8 @@ use crate::{ConfigError, DepthNoise, check_range};
 /// What is known of a depth camera beside its intrinsics: how its readings err, which of them are used, and
 /// how densely.
 ///
-/// It is given once, and all parts that need a depth's noise or range ask it. Whatever compares a place of a
-/// map with a reading does so within [`tolerance`](Self::tolerance).
+/// It is given once, and all parts that need a depth's noise or range use it. All comparisons of a place of a
+/// map with a reading are made within [`tolerance`](Self::tolerance).
 ///
 /// ```
 /// use dymlm_core::SensorModel;
@@ -60,7 +60,7 @@ impl SensorModel {
         self.noise.sigma(z)
     }
 
-    /// Whether a reading is one (above 0) and lies within the range that is used.
+    /// Whether a depth is a reading (above 0) and lies within the range that is used.
     #[inline]
     #[must_use]
     pub fn is_used(&self, z: f32) -> bool {
@@ -74,7 +74,7 @@ impl SensorModel {
     #[must_use]
     pub fn tolerance(&self, z: f32, place_sigma: f64) -> f64 {
         let sigma = f64::from(self.sigma(z));
-        // Not hypot: nothing here is near the limits of f64, and this is asked for each block of the
+        // Not hypot: nothing here is near the limits of f64, and this is called for each block of the
         // evidence.
         TOLERANCE_SIGMAS * (sigma * sigma + place_sigma * place_sigma).sqrt()
     }
@@ -109,7 +109,7 @@ enum Preset {
     TimeOfFlight,
 }
 
-/// A sensor in a config file: a preset, and single fields over it.
+/// A sensor in a config file: a preset, and single fields that replace the preset's.
 #[cfg(feature = "serde")]
 #[derive(Debug, Clone, Default, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]

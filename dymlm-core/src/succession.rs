@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-/// The ids of things in a map that takes the place of another: some are called as they were in the map
+/// The ids of things in a map that replaces another map: some things keep the ids that they had in the map
 /// before, all others get ids that neither map ever gave, when they are first asked for.
 ///
 /// ```
@@ -23,13 +23,13 @@ pub struct Succession<Id> {
 }
 
 impl<Id: Copy + Ord> Succession<Id> {
-    /// `names`: id in the new map -> id in the one before, no two alike. `given`: how many ids either map has
-    /// given, from 0 on. `id` makes one of a number.
+    /// `names`: id in the new map -> id in the map before, no two equal. `given`: how many ids each of the
+    /// maps has given, from 0 on. `id` makes an id from a number.
     pub fn new(names: BTreeMap<Id, Id>, given: [u64; 2], id: fn(u64) -> Id) -> Self {
         Self { names, given: given[0].max(given[1]), id }
     }
 
-    /// What a thing of the new map is called from now on.
+    /// The id that a thing of the new map has from now on.
     pub fn of(&mut self, own: Id) -> Id {
         *self.names.entry(own).or_insert_with(|| {
             self.given += 1;
@@ -37,7 +37,7 @@ impl<Id: Copy + Ord> Succession<Id> {
         })
     }
 
-    /// What a thing of the new map is called, if that was asked or given.
+    /// The id that a thing of the new map has from now on, if it was kept or has been asked for.
     pub fn get(&self, own: Id) -> Option<Id> {
         self.names.get(&own).copied()
     }

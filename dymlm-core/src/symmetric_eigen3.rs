@@ -15,8 +15,8 @@ pub struct SymmetricEigen3 {
 /// Eigenvalues, descending, and eigenvectors of the symmetric matrix given by rows; its upper triangle is
 /// read. `None` when one of these six numbers is not finite.
 ///
-/// Of the first and of the second eigenvector the component of greatest magnitude is positive (the first
-/// such, where two are equal); the third vector is the cross product of the two. Vectors of equal eigenvalues
+/// In the first and in the second eigenvector, the component of greatest magnitude is positive (the first
+/// one, where two are equal); the third vector is the cross product of the two. Vectors of equal eigenvalues
 /// are some basis of their space, the same on each call; those of a multiple of the identity are x, y and z.
 ///
 /// # Algorithm
@@ -51,7 +51,8 @@ pub fn symmetric_eigen3(rows: [[f64; 3]; 3]) -> Option<SymmetricEigen3> {
     let matrix = if scale > 0.0 { matrix.divided(scale) } else { matrix };
     let rough_mean = matrix.trace() / 3.0;
     let deviation = matrix.minus_identity(rough_mean);
-    // Of near-equal eigenvalues the rounding of their mean would remain: no deviation of trace 0.
+    // For near-equal eigenvalues the rounding of their mean would remain: the deviation's trace would not be
+    // 0.
     let correction = deviation.trace() / 3.0;
     let (mean, deviation) = (rough_mean + correction, deviation.minus_identity(correction));
     let spread = (deviation.squared_norm() / 6.0).sqrt();
@@ -68,11 +69,11 @@ struct Eigenpair {
     vector: Vector3,
 }
 
-/// Those of a matrix with trace 0 and squared norm 6, descending.
+/// The eigenpairs of a matrix with trace 0 and squared norm 6, descending.
 fn eigenpairs(matrix: &Symmetric3) -> [Eigenpair; 3] {
     let root = isolated_root((0.5 * matrix.determinant()).clamp(-1.0, 1.0));
     let vector = matrix.minus_identity(root).null_direction();
-    // For what the root lost by rounding, the vector's quotient is the better value.
+    // The root lost digits by rounding: the vector's Rayleigh quotient is the better value.
     let isolated = Eigenpair { value: matrix.between(vector, vector), vector };
     let [greater, less] = eigenpairs_across(matrix, vector);
     if root > 0.0 { [isolated, greater, less] } else { [greater, less, isolated] }
@@ -81,7 +82,7 @@ fn eigenpairs(matrix: &Symmetric3) -> [Eigenpair; 3] {
 /// The root of x^3 - 3 x = 2 h that has the sign of h and a magnitude of sqrt 3 to 2.
 fn isolated_root(h: f64) -> f64 {
     let magnitude = h.abs();
-    // Right at both ends and good to 0.003 between: after three quadratic steps, to the last bits.
+    // Right at both ends and good to 0.003 between them; three quadratic steps make it good to the last bits.
     let mut x = 1.732_050_807_568_877_2 + magnitude * (1.0 / 3.0 - magnitude * 0.065_384_140_902_210_5);
     for _ in 0..3 {
         let square = x * x;

@@ -43,7 +43,8 @@ pub fn combined(s: f64, a: Vector3, t: f64, b: Vector3) -> Vector3 {
     [s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]]
 }
 
-/// The vector or its opposite: whose component of greatest magnitude, the first such, is positive.
+/// The vector or its opposite, so that its component of greatest magnitude (the first of equal ones) is
+/// positive.
 #[inline]
 pub fn with_positive_greatest(a: Vector3) -> Vector3 {
     let [x, y, z] = a.map(f64::abs);
@@ -79,7 +80,7 @@ pub fn any_across(a: Vector3) -> Vector3 {
     across.map(|c| c / length)
 }
 
-/// The box around points, lowest and highest corner; from infinity to minus infinity without any.
+/// The box around points, lowest and highest corner; from infinity to minus infinity when there are none.
 pub fn bounds(points: impl IntoIterator<Item = Vector3>) -> [Vector3; 2] {
     let nothing = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     points.into_iter().fold(nothing, |[low, high], point| {
@@ -89,7 +90,7 @@ pub fn bounds(points: impl IntoIterator<Item = Vector3>) -> [Vector3; 2] {
     })
 }
 
-/// Whether two boxes, each its lowest and highest corner, share any point, be it one of their surfaces.
+/// Whether two boxes, each its lowest and highest corner, share any point, those of their surfaces included.
 #[inline]
 pub fn boxes_touch([low, high]: [Vector3; 2], [other_low, other_high]: [Vector3; 2]) -> bool {
     (0..3).all(|axis| low[axis] <= other_high[axis] && high[axis] >= other_low[axis])

@@ -2,8 +2,7 @@ use crate::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 /// What a depth image says about a place.
 ///
-/// After the ray verificator of Khronos (Schmid et al. 2024), with the cases in which a frame says nothing
-/// kept apart.
+/// After the ray verificator of Khronos (Schmid et al. 2024), with separate cases where a frame says nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -47,7 +46,7 @@ impl Visibility {
     }
 }
 
-/// A depth image that is asked about places.
+/// A depth image with its camera and sensor, to be asked about places.
 #[derive(Debug, Clone, Copy)]
 pub struct DepthView<'a> {
     camera: &'a PinholeCamera,

@@ -38,17 +38,17 @@ impl OrientedRectangle {
 
 /// The rectangle of least area around points in the plane; `None` when there is no finite point.
 ///
-/// One side of it lies on an edge of the points' convex hull. Of edges with equal areas the first one counts,
-/// counter-clockwise from the hull's leftmost (of several, lowest) corner. Points on one line have a
-/// rectangle without width, points at one place one without length either, its axis along x. Points that are
-/// not finite or have a coordinate beyond 1e120 are passed over.
+/// One side of it lies on an edge of the points' convex hull. Among edges with equal areas, the first counts,
+/// counter-clockwise from the hull's leftmost (of several, lowest) corner. The rectangle of points on one
+/// line has no width; that of points at one place has no length either, and its axis is along x. Points that
+/// are not finite or have a coordinate beyond 1e120 are skipped.
 ///
 /// # Algorithm
 ///
 /// Rotating calipers over the [`convex_hull`](crate::convex_hull()): as the edge below the rectangle goes
-/// around, so do the corners that touch its three other sides. They are advanced by the directions of edges
-/// rather than by comparing distances, so that corners closer to each other than rounding do not hold them
-/// up. O(h) for the h corners of the hull, after the hull.
+/// around, so do the corners that touch its three other sides. These corners are advanced by the directions
+/// of edges rather than by comparing distances, so that corners closer to each other than rounding do not
+/// stop them. O(h) for the h corners of the hull, after the hull.
 ///
 /// Freeman, Shapira: "Determining the minimum-area encasing rectangle for an arbitrary closed curve",
 /// Communications of the ACM 18, 1975; Toussaint: "Solving geometric problems with the rotating calipers",
@@ -83,7 +83,7 @@ pub struct MinimumAreaRectangleScratch {
     hull: Vec<[f64; 2]>,
 }
 
-/// The rectangle around a convex polygon, counter-clockwise.
+/// The rectangle around a convex polygon given counter-clockwise.
 fn around_hull(hull: &[[f64; 2]]) -> Option<OrientedRectangle> {
     let mut calipers = Calipers::default();
     let encasings = (0..hull.len()).map(|edge| calipers.advance(hull, edge));
@@ -124,8 +124,8 @@ impl Calipers {
     }
 }
 
-/// The area of the rectangle on an edge of this direction and length that touches its own, a right, a top and
-/// a left corner; without a root, since most are not the least. Rounding makes no side negative.
+/// The area of the rectangle on the edge `below` that touches a corner below, on the right, above and on the
+/// left; without a square root, since most rectangles are not the least. Rounding makes no side negative.
 fn area_on(below: [f64; 2], touching: [[f64; 2]; 4]) -> f64 {
     let [_, right, top, left] = touching.map(|corner| difference(corner, touching[0]));
     let width_by_edge = (dot(below, right) - dot(below, left).min(0.0)) / dot(below, below);
@@ -155,7 +155,7 @@ impl Encasing {
     }
 }
 
-/// The direction or its opposite: with positive x, or no x and positive y; no -0.
+/// The direction or its opposite: with positive x, or zero x and positive y; no -0.
 fn to_the_right([x, y]: [f64; 2]) -> [f64; 2] {
     let [x, y] = if x < 0.0 || (x == 0.0 && y < 0.0) { [-x, -y] } else { [x, y] };
     [x + 0.0, y + 0.0]
@@ -173,7 +173,7 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The direction of a vector; that of x when it has none.
+/// The direction of a vector; the x axis when it has none.
 fn unit(a: [f64; 2]) -> [f64; 2] {
     let length = dot(a, a).sqrt();
     if length > 0.0 { [a[0] / length, a[1] / length] } else { [1.0, 0.0] }

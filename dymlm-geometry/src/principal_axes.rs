@@ -13,7 +13,7 @@ const ROUNDINGS: u8 = 4;
 /// [`symmetric_eigen3`](dymlm_core::symmetric_eigen3()): of the first two, the component of greatest
 /// magnitude is positive. Axes of equal variances are some basis of their space, the same on each call. Sums
 /// are taken in f64 relative to a point of the cloud, so that its distance from the origin costs no digits.
-/// Points that are not finite are passed over. O(n), without allocation.
+/// Points that are not finite are skipped. O(n), without allocation.
 ///
 /// Pearson: "On lines and planes of closest fit to systems of points in space", Philosophical Magazine 1901.
 ///
@@ -32,8 +32,8 @@ const ROUNDINGS: u8 = 4;
 pub struct PrincipalAxes {
     /// Mean of the points, metres.
     pub centroid: [f64; 3],
-    /// Mean of the outer products of their differences from the centroid (divided by their number, not by one
-    /// less), square metres.
+    /// Mean of the outer products of the points' differences from the centroid (divided by the number of
+    /// points, not by one less), square metres.
     pub covariance: [[f64; 3]; 3],
     /// Unit eigenvectors of the covariance, in the order of the variances.
     pub axes: [[f64; 3]; 3],
@@ -58,10 +58,10 @@ impl PrincipalAxes {
     }
 }
 
-/// Points that are added at once, and left out one by one when one of them is not finite.
+/// Number of points that are added at once; where one of them is not finite, they are added one by one.
 const BLOCK: usize = 256;
 
-/// Points side by side in vector registers.
+/// Number of points side by side in vector registers.
 const LANES: usize = 2;
 
 /// x, y, z, xx, xy, xz, yy, yz, zz.

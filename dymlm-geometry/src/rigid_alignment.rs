@@ -1,15 +1,15 @@
 use dymlm_core::vector3::{along, combined, cross, difference, dot, norm, unit};
 use dymlm_core::{Pose, symmetric_eigen3};
 
-/// Points whose spread across their line is below this share of that along it have no rotation.
+/// Points whose spread across their line is below this share of their spread along it have no rotation.
 const LEAST_SPREAD: f64 = 1e-6;
 
 /// The motion that takes points of frame b to their partners in frame a with the least sum of squares,
 /// `a_from_b`.
 ///
 /// Umeyama: "Least-Squares Estimation of Transformation Parameters Between Two Point Patterns", TPAMI 1991,
-/// without scale. O(points). `None` when fewer than three pairs are finite or all points lie on a line; pairs
-/// beyond the shorter list are passed over.
+/// without scale. O(points). `None` when fewer than three pairs are finite or all points lie on a line;
+/// points beyond the length of the shorter list are ignored.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -47,14 +47,14 @@ pub fn rigid_alignment(in_b: &[[f64; 3]], in_a: &[[f64; 3]]) -> Option<Pose> {
     Pose::from_rotation_matrix(rotation, difference(mean_a, moved)).ok()
 }
 
-/// The rotation R that makes the trace of R^T covariance largest, by rows. Of its singular vectors the third
-/// follows from the other two, as the cross product: so the weakest direction is turned round where a
-/// reflection would fit better, which is no motion.
+/// The rotation R that makes the trace of R^T covariance largest, by rows. The third singular vectors are the
+/// cross products of the other two: so the weakest direction is flipped where a reflection, which is no
+/// motion, would fit better.
 fn rotation_of(covariance: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     let column = |k: usize| covariance.map(|row| row[k]);
     let square = [0, 1, 2].map(|k| [0, 1, 2].map(|l| dot(column(k), column(l))));
     let [first_b, second_b, _] = symmetric_eigen3(square)?.vectors;
-    // As long as the singular values, descending.
+    // Their lengths are the singular values, descending.
     let [first, second] = [first_b, second_b].map(|b| covariance.map(|row| dot(row, b)));
     let largest = norm(first);
     if largest <= 0.0 || norm(second) <= LEAST_SPREAD * largest {

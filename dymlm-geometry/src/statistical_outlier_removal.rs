@@ -62,7 +62,7 @@ pub struct StatisticalOutlierReport {
     pub inliers: Vec<usize>,
     /// Mean over the points of their mean distances to their neighbours, metres; 0 without a finite point.
     pub mean_distance: f64,
-    /// Standard deviation of these distances, metres; 0 for less than two points.
+    /// Standard deviation of these distances, metres; 0 for fewer than two points.
     pub std_distance: f64,
     /// Largest distance of an inlier, inclusive: `mean_distance` + `std_ratio` * `std_distance`, metres.
     pub threshold: f64,
@@ -98,7 +98,7 @@ impl StatisticalOutlierRemoval {
 }
 
 fn is_near(point: &Point) -> bool {
-    // Two such points are at most as far apart as one is from its opposite.
+    // Two such points are at most as far apart as the outer one is from its mirror image at the origin.
     point.iter().map(|x| (2.0 * x) * (2.0 * x)).sum::<f32>().is_finite()
 }
 

@@ -18,7 +18,7 @@ impl Default for VoxelGridConfig {
     }
 }
 
-/// Downsampling to one point a voxel: the centroid of the points in it, with their mean colour.
+/// Downsampling to one point per voxel: the centroid of the points in it, with their mean colour.
 ///
 /// Point p lies in voxel floor(p / `voxel_size`), axis by axis: the lattice is anchored at the origin, so
 /// that clouds in one frame share their voxels. The quotient is evaluated in f64 as p * (1 / `voxel_size`).
@@ -26,9 +26,8 @@ impl Default for VoxelGridConfig {
 /// large as that step.
 ///
 /// Voxels come in ascending order of x, then y, then z. Sums are taken in f64, in the order of the cloud, and
-/// rounded to f32 once, so that a centroid is off by half a unit in the last place at most, give or take
-/// 2^-53 a point; mean colours are rounded to the nearest, halves up. Points that are not finite are left
-/// out.
+/// rounded to f32 once, so that a centroid is off by half a unit in the last place at most, plus 2^-53 per
+/// point; mean colours are rounded to the nearest, halves up. Points that are not finite are left out.
 ///
 /// O(n): a hash table finds the voxels, sums are taken point by point, and a radix sort puts the voxels in
 /// order. On one thread, with feature `parallel` too.
@@ -77,8 +76,8 @@ impl VoxelGrid {
         downsampled
     }
 
-    /// Downsamples a cloud into a caller's, whose content does not matter. Allocates nothing once the buffers
-    /// have grown to the size of the clouds (feature `parallel` allocates its lists of tasks).
+    /// Downsamples a cloud into a caller's cloud, whose content does not matter. Allocates nothing once the
+    /// buffers have grown to the size of the clouds.
     pub fn downsample_into(
         &self,
         cloud: &PointCloud,
@@ -97,14 +96,14 @@ impl VoxelGrid {
                 let mut colors = colors.unwrap_or_default();
                 sums.take(voxels, all_colors);
                 sums.write(voxels, &mut colors, mean_color);
-                // One of each a voxel, so that the counts agree.
+                // One point and one colour per voxel, so that the counts agree.
                 PointCloud::with_colors(points, colors).unwrap_or_default()
             }
         };
     }
 }
 
-/// Sums of three values, and the number of summands, by number of voxel.
+/// Sums of three values, and the number of summands, by the voxel's number.
 #[derive(Debug, Default)]
 struct Sums(Vec<[f64; 4]>);
 
@@ -120,7 +119,7 @@ impl Sums {
         }
     }
 
-    /// Writes one average a voxel.
+    /// Writes one average per voxel.
     fn write<T>(&self, voxels: &CellNumbers, averages: &mut Vec<T>, of: impl Fn([f64; 4]) -> T) {
         averages.clear();
         averages.extend(voxels.ascending().map(|number| of(self.0[number])));
@@ -132,7 +131,7 @@ fn centroid([x, y, z, count]: [f64; 4]) -> Point {
     [x, y, z].map(|sum| (sum / count) as f32)
 }
 
-/// To the nearest, halves up; in integers, which the sums are.
+/// Rounds to the nearest, halves up; in integers, since the sums are integers.
 #[inline]
 fn mean_color([r, g, b, count]: [f64; 4]) -> Rgb {
     let count = count as u64;

@@ -1,6 +1,6 @@
-//! The same bits with and without the feature `parallel`: the gate runs these tests under both, and both must
-//! give the checksums written here. Inputs are made of integers, so that no library of elementary functions
-//! has a say.
+//! The same bits with and without the feature `parallel`: these tests are run with and without it, and must
+//! give the checksums written here both times. Inputs are made of integers, so that no library of elementary
+//! functions affects them.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -2,27 +2,27 @@ use dymlm_core::{ColorImage, Rgb};
 
 use crate::number_plane::NumberPlane;
 
-/// Side of the square of pixels that share one brightness, and of the square that shares one hue: at 2 m a
+/// Side of the square of pixels that share one brightness, and of the square that shares one chroma: at 2 m a
 /// pixel is 4 mm wide, and a voxel of the cloud 10 mm.
 const LUMA_SIDE: usize = 2;
 const CHROMA_SIDE: usize = 4;
-/// Steps of brightness and hue, of 256: about a camera's error from frame to frame, so that the mean over
-/// many frames shows none. A lower value takes more bytes (1: 25 kB more a frame), a higher one shows bands
-/// where few frames look.
+/// Steps of brightness and chroma, of 256: about a camera's error from frame to frame, so that the mean over
+/// many frames shows no steps. A lower value takes more bytes (1: 25 kB more per frame), a higher value shows
+/// bands where few frames have looked.
 const STEP: i32 = 4;
-/// Values of brightness and of hue: 0..=64 and 0..=128.
+/// Number of values of chroma, 0..=128; brightness has fewer, 0..=64.
 const LEVELS: u32 = 129;
 
-/// A colour image as it is stored: brightness for each square of 2x2 pixels, hue for each of 4x4, in steps of
-/// 4 of 256.
+/// A colour image as it is stored: brightness for each square of 2x2 pixels, chroma for each square of 4x4,
+/// in steps of 4 of 256.
 ///
-/// Mapped is the image that is restored [from it](Self::to_image), so that a map that is built again has the
+/// The image that is restored [from it](Self::to_image) is mapped, so that a map that is built again has the
 /// same colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReducedColors {
     size: [usize; 2],
     luma: Vec<u8>,
-    /// Red against blue, and green against both.
+    /// Red minus blue, and green minus the mean of both.
     chroma: [Vec<u8>; 2],
 }
 

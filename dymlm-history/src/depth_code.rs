@@ -3,12 +3,13 @@ use dymlm_core::DepthImage;
 
 use crate::number_plane::NumberPlane;
 
-/// Appends a depth image without loss: the values in it to `head`, which of them each pixel has to `body`.
+/// Appends a depth image without loss: its distinct values to `head`, the rank of each pixel's value to
+/// `body`.
 ///
 /// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each reading is
 /// replaced by the rank of its value among those of the frame, which its neighbours predict.
 pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u8>) {
-    // Depths are not negative, so their bits sort as they do.
+    // Depths are not negative, so their bits have the same order.
     let bits = || depth.data().iter().map(|z| z.to_bits());
     // Most pixels repeat the one before; leaving them out leaves less to sort.
     let mut values: Vec<u32> = Vec::new();

@@ -59,14 +59,14 @@ pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>
 /// Reads symbols that were put, one by one.
 #[derive(Debug)]
 pub(crate) struct Decoder<'a> {
-    /// [`SCALE`] entries for each context: what the state's place on the scale means, in one number, since
-    /// each symbol waits for it.
+    /// [`SCALE`] entries for each context: the meaning of the state's place on the scale, in one number,
+    /// since decoding a symbol waits for it.
     places: Vec<PackedPlace>,
     words: std::slice::ChunksExact<'a, u8>,
     state: u32,
 }
 
-/// A place on the scale: the symbol, its frequency, and how far behind the symbol's first place it is.
+/// A place on the scale: the symbol, its frequency, and how far after the symbol's first place it is.
 #[derive(Debug, Clone, Copy)]
 struct PackedPlace(u32);
 
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_length_is_the_entropy() {
-        // Three quarters of one symbol, a quarter of another: 0.8113 bits a symbol.
+        // Three quarters of one symbol, a quarter of another: 0.8113 bits per symbol.
         let symbols: Vec<Placed> =
             (0..80_000_u32).map(|i| Placed { context: 0, symbol: u8::from(i % 4 == 0) }).collect();
         let mut bytes = Vec::new();

@@ -16,7 +16,7 @@ pub enum HistoryConfig {
     /// Nowhere: poses cannot be corrected, and memory does not grow with time.
     #[default]
     None,
-    /// In memory: some 65 kB a key frame of 640x480, 8 bytes a point of a scan.
+    /// In memory: some 65 kB per key frame of 640x480, 8 bytes per point of a scan.
     Memory,
     /// In a file without a name in this folder, which must exist; the file is deleted with the history.
     Folder(PathBuf),
@@ -70,8 +70,8 @@ impl History {
         self.keep(Kept::Observation(observation))
     }
 
-    /// Keeps a scan's points, in the sensor's frame, metres, to the bit whatever they are; returns their
-    /// number, from the same sequence as those of observations. Packed, a lidar's point takes some 8 bytes.
+    /// Keeps a scan's points, in the sensor's frame, metres, bit by bit, NaN included; returns their number,
+    /// from the same sequence as those of observations. Packed, a lidar's point takes some 8 bytes.
     pub fn push_scan(&mut self, points: Arc<[Point]>) -> usize {
         self.keep(Kept::Scan(points))
     }
@@ -84,7 +84,7 @@ impl History {
         index
     }
 
-    /// An observation as it was given, to the bit. Costs its unpacking.
+    /// An observation as it was given, bit by bit. Costs its unpacking.
     ///
     /// # Errors
     ///

@@ -14,7 +14,7 @@ pub(crate) enum Kept {
     Scan(Arc<[Point]>),
 }
 
-/// The last byte of what is packed tells its kind.
+/// The last byte of packed data gives its kind.
 const OBSERVATION: u8 = 0;
 const SCAN: u8 = 1;
 

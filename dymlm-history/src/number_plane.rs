@@ -4,7 +4,7 @@ use crate::entropy_code::{Decoder, Placed, put_symbols};
 use dymlm_core::{BitReader, BitWriter};
 
 /// Errors below this are symbols of their own. For a larger error the symbol gives the highest two bits, and
-/// the other bits follow as they are.
+/// the other bits follow uncoded.
 const DIRECT: u32 = 16;
 const DIRECT_BITS: u32 = DIRECT.ilog2();
 /// Which of two neighbours are holes, times seven classes of how far the neighbours differ.
@@ -19,8 +19,8 @@ pub(crate) struct NumberPlane {
     pub(crate) width: usize,
     /// All numbers are smaller. At most 2^28.
     pub(crate) count: u32,
-    /// Whether a 0 means that there is no number, a hole: it predicts nothing, and the number predicted for
-    /// its place stands for it.
+    /// Whether a 0 is a hole, where there is no number: a hole predicts nothing, and the number predicted for
+    /// its place is used in its stead.
     pub(crate) has_holes: bool,
 }
 
@@ -47,7 +47,7 @@ impl NumberPlane {
         let mut symbols = Vec::with_capacity(numbers.len());
         let mut bits = BitWriter::default();
         let mut rest = numbers.iter();
-        // `numbers` has one for each visit.
+        // The walk does not end early: `numbers` has one number for each visit.
         let _ = self.walk(numbers.len(), |prediction| {
             let number = *rest.next()?;
             let (visited, error) = if number < holes {
@@ -99,7 +99,7 @@ impl NumberPlane {
     /// `None` to end.
     #[inline]
     fn walk(self, length: usize, mut visit: impl FnMut(Prediction) -> Option<Visited>) -> Option<()> {
-        // One longer than a row: the row's last number stands once more behind it.
+        // One longer than a row: the row's last number is repeated after it.
         let mut above = vec![Visited::default(); self.width + 1];
         for first in (0..length).step_by(self.width) {
             let [mut second_west, mut west, mut north_west] = [above[0]; 3];
@@ -116,8 +116,9 @@ impl NumberPlane {
 }
 
 impl Prediction {
-    /// Predicts the neighbour beyond an edge, else the plane through the three neighbours. The context is
-    /// made of neighbours that are known before `west`, so that a decoder need not wait for that.
+    /// Predicts a neighbour's number at an edge, else the plane through the three neighbours. The context is
+    /// made of numbers that are known before that of `west`, and of whether `west` is a hole, so that a
+    /// decoder need not wait for the number.
     #[inline]
     fn by(
         second_west: Visited,
@@ -143,7 +144,7 @@ fn put_error(error: u32, bits: &mut BitWriter) -> u8 {
     }
     let low_bits = error.ilog2() - 1;
     bits.put(error & ((1 << low_bits) - 1), low_bits);
-    // The highest bit is 1: the symbol gives its place and the bit behind it.
+    // The highest bit is 1: the symbol gives its place and the next lower bit.
     (DIRECT + 2 * (low_bits + 1 - DIRECT_BITS) + (error >> low_bits & 1)) as u8
 }
 

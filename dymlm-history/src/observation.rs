@@ -16,18 +16,18 @@ pub struct Observation {
     pub static_mask: Mask,
     /// The pixels that are surely a mover's; none at first.
     pub mover_mask: Mask,
-    /// The pixels of what is new in free space; none at first.
+    /// The pixels of things that are new in free space; none at first.
     pub unproven_mask: Mask,
     /// What the detector has found, all labels; `None`, as at first, when it did not run.
     pub detections: Option<Vec<Detection>>,
-    /// The caller's map points in the frame.
+    /// The caller's map points that the frame shows.
     pub sighted_points: Vec<SightedPoint>,
     /// The planes of the depth image, camera frame.
     pub planes: Vec<DetectedPlane>,
 }
 
 impl Observation {
-    /// The observation of a frame of which only the images are known. O(pixels).
+    /// The observation of a frame with its images alone: no movers, detections or planes. O(pixels).
     ///
     /// # Errors
     ///

@@ -16,7 +16,7 @@ type Packed = (usize, Box<[u8]>);
 pub(crate) struct Packer {
     /// None before the first thing to pack.
     thread: Option<PackingThread>,
-    /// What the caller has packed.
+    /// What has been packed and not yet been taken, apart from what is in `done`.
     ready: VecDeque<Packed>,
     waiting: usize,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Packer {
 struct PackingThread {
     /// `None` where the system gives no thread.
     work: Option<SyncSender<(usize, Kept)>>,
-    /// Nobody locks it: the lock lets types that hold a packer be shared between threads.
+    /// It is never locked: the mutex only makes types that hold a packer `Sync`.
     done: Mutex<Receiver<Packed>>,
 }
 

@@ -9,8 +9,9 @@ use crate::depth_code::{put_depth, take_depth};
 
 /// Deflate's level for everything but the images: mostly masks, which any level makes tiny.
 const LEVEL: u8 = 4;
-/// Most bytes that a pixel unpacks to besides its coded depth and colour (its value in a depth image that
-/// repeats none, a bit in three masks and in a detection's mask), and that everything else unpacks to.
+/// Most bytes that a pixel unpacks to besides its coded depth and colour (its value in a depth image without
+/// repeated values, a bit in three masks and in a detection's mask), and most bytes that everything else
+/// unpacks to.
 const MOST_BYTES_A_PIXEL: usize = 64;
 const MOST_BYTES_BESIDE: usize = 1 << 26;
 

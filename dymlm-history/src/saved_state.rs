@@ -20,7 +20,8 @@ struct Head {
 
 impl History {
     /// Gives to `sink` the parts of the history that differ from an earlier one, or all parts without an
-    /// earlier one. What is kept under a number never changes, so a key frame is written once.
+    /// earlier one. What is kept under a number never changes: a key frame that was already packed in the
+    /// earlier history is not written again.
     ///
     /// # Errors
     ///
@@ -54,7 +55,7 @@ impl History {
     /// # Errors
     ///
     /// [`Error::Create`] when the config's folder takes no file; [`Error::State`] names a part that is
-    /// damaged, missing or too many.
+    /// damaged, missing or superfluous.
     pub fn load_state(
         config: &HistoryConfig,
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
@@ -74,7 +75,7 @@ impl History {
         }
         let head = head.ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
         let Head { len, removed } = decode_part(HEAD, &head)?;
-        // Checked first: the list is as long as the parts that are there, whatever a damaged head says.
+        // Checked first, so that a damaged head cannot make the list longer than the parts that are there.
         if len != kept.len() + removed.len() {
             let what = format!("{len} numbers, but {} parts and {} removed", kept.len(), removed.len());
             return Err(DamagedState::new(HEAD, what).into());

@@ -1,4 +1,4 @@
-//! Observations and scans in memory and in a file, and what one takes.
+//! Observations and scans in memory and in a file, and the bytes that one takes.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 

@@ -19,15 +19,15 @@ use crate::{CellState, Octree};
 pub struct Accessor<'a> {
     pub(crate) lattice: Lattice,
     tree: &'a Tree,
-    /// The 64^3 cells last looked at (key >> 6), and what is there.
+    /// The cube of 64^3 cells that was queried last (its key >> 6), and the tree's entry for it.
     region: Key,
     in_region: &'a Entry,
-    /// The 8^3 cells last looked at (key >> 3), and what is there.
+    /// The cube of 8^3 cells that was queried last (its key >> 3), and the tree's entry for it.
     block: Key,
     in_block: &'a Entry,
 }
 
-/// What an accessor has not looked at yet: no block or region has this key.
+/// The block and region of a new accessor: no real block or region has this key.
 const NOWHERE: Key = [u16::MAX; 3];
 static NOTHING: Entry = Entry::Unknown;
 
@@ -71,8 +71,8 @@ impl<'a> Accessor<'a> {
         self.in_block.log_odds(key)
     }
 
-    /// How large a cube around the cell that was last looked at is like it, by the logarithm of its side: 0
-    /// for a single cell, else 3 or more.
+    /// log2 of the side, in cells, of a cube around the cell queried last that is equal throughout: 0 for a
+    /// single cell, else 3 or more.
     #[inline]
     pub(crate) fn side_bits(&self, key: Key) -> u32 {
         match (self.in_block, self.in_region) {

@@ -10,17 +10,17 @@ use crate::lattice::Key;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct OctreeMotion {
-    /// Smallest cells that are free now where the body stood.
+    /// Number of smallest cells that the body left and that are free now.
     pub emptied: usize,
-    /// Smallest cells that are occupied where it stands now.
+    /// Number of smallest cells that the body reached and that are occupied now.
     pub occupied: usize,
 }
 
 impl Octree {
-    /// A body was moved: its surface points went from `from` to `to` (metres, world; in pairs). Cells that
-    /// held it are free now, as after one look through them, unless they also hold one of the points that
-    /// `stayed`; cells that it came to are as surely occupied as those that it left, and no less than after
-    /// one hit. Points outside the map and those with NaN are passed over. O(points log points).
+    /// Moves a body whose surface points went from `from` to `to` (metres, world; in pairs). The cells that
+    /// it left become free, as after one miss, unless they also hold one of the points that `stayed`; the
+    /// cells that it reached become as surely occupied as those that it left, and at least as surely as after
+    /// one hit. Points outside the map and points with NaN are skipped. O(points log points).
     pub fn move_body(&mut self, from: &[Point], to: &[Point], stayed: &[Point]) -> OctreeMotion {
         let key_of = |point: &Point| self.lattice.key(point.map(f64::from));
         let stayed: BTreeSet<Key> = stayed.iter().filter_map(key_of).collect();

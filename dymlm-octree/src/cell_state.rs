@@ -3,9 +3,9 @@
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum CellState {
-    /// Observed, and more likely occupied than not.
+    /// Observed, and occupied with a probability of at least 0.5.
     Occupied,
-    /// Observed, and more likely free.
+    /// Observed, and occupied with a probability below 0.5.
     Free,
     /// Never observed, or outside the map.
     Unknown,

@@ -1,11 +1,13 @@
 use crate::{Extent, Octree};
 
 impl Octree {
-    /// Cubes in which cells differ from those of an earlier map of the same resolution: who takes the leaves
-    /// of an earlier one outside of them and [those of this one](Self::leaves_in_box) within them has this
-    /// one. Of 8 cells a side, larger where a pruned leaf of so many was parted or made. In a fixed order.
+    /// Cubes in which log-odds differ from an earlier map of the same resolution: the earlier map's leaves
+    /// outside the cubes and [this map's leaves](Self::leaves_in_box) inside them together are this map. A
+    /// cube has 8 cells a side, more where a larger pruned leaf was split or formed. Colours are not
+    /// compared. The order is fixed.
     ///
-    /// O(nodes that the maps do not share): what has changed where the earlier map is a clone of this one.
+    /// O(nodes that the maps do not share): where the earlier map is a clone of this one, the nodes that have
+    /// changed.
     pub fn changes_since(&self, earlier: &Self) -> Vec<Extent> {
         let mut changes = Vec::new();
         self.tree.for_each_difference(&earlier.tree, &mut |corner, side| {

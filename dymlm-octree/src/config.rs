@@ -1,6 +1,6 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// What rays a scan is turned into.
+/// Which rays of a scan are followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -25,9 +25,9 @@ pub struct OctreeConfig {
     /// Side of the smallest cell, metres, `1e-4..=1e4`. The map spans 65536 cells along each axis, with the
     /// world's origin at its centre. Default 0.05, common for rooms.
     pub resolution: f64,
-    /// Readings beyond this distance from the sensor, metres, free the cells up to it and set nothing
-    /// occupied; any positive value, infinite (in JSON: null) for no limit. Default 5.0: beyond it a
-    /// structured-light camera's depth error exceeds a cell.
+    /// Greatest distance from the sensor at which a reading hits its cell, metres; readings beyond it only
+    /// free the cells up to this distance. Any positive value, infinite (in JSON: null) for no limit. Default
+    /// 5.0: beyond 5 m a structured-light camera's depth error exceeds a cell.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
     pub max_range: f64,
     /// Probability that a cell is occupied given one hit, `0.5..=0.999999`. Default 0.7 (`OctoMap`).
@@ -38,7 +38,7 @@ pub struct OctreeConfig {
     pub p_clamp_min: f64,
     /// Highest probability a cell can reach, `0.5..=0.999999`. Default 0.971, log-odds 3.5 (`OctoMap`).
     pub p_clamp_max: f64,
-    /// What rays a scan is turned into. Default one for each distinct cell.
+    /// Which rays of a scan are followed. Default: one for each distinct cell.
     pub rays: RayMode,
     /// Whether leaves carry a colour; then `.ot` files have the id `ColorOcTree`. The colours given with a
     /// scan are averaged within each cell, and the average is blended half and half with the colour the cell

@@ -14,7 +14,7 @@ pub enum Error {
     #[cfg(feature = "state")]
     #[error(transparent)]
     State(#[from] dymlm_core::DamagedState),
-    /// A sensor origin that is not finite or outside the 65536 cells an axis of the map.
+    /// A sensor origin that is not finite, or outside the map of 65536 cells along each axis.
     #[error("the origin {origin:?} is not inside the map, which ends at +-{half_extent} m")]
     Origin {
         /// Given origin, metres.
@@ -22,13 +22,13 @@ pub enum Error {
         /// Distance from the world's origin to the border of the map, metres.
         half_extent: f64,
     },
-    /// A scan whose rays pass too many cells: they are too small for the range.
+    /// A scan whose rays pass too many cells: the cells are too small for the range.
     #[error(
         "the rays of the scan pass more than {most} blocks of 8x8x8 cells, each of 2 kB: the cells are too small, or the range \
          is too long"
     )]
     ScanSize {
-        /// Most blocks that are taken.
+        /// Greatest number of blocks that is accepted.
         most: usize,
     },
     /// Two maps that cannot be merged.
@@ -57,7 +57,7 @@ pub enum Error {
         /// Cells along y.
         height: u64,
     },
-    /// A region of a grid that is none.
+    /// A region of a grid that is not finite, or ends before it begins.
     #[error("no grid from {min:?} to {max:?} m: not finite, or it ends before it begins")]
     GridRegion {
         /// Given lower corner, metres.
@@ -65,7 +65,7 @@ pub enum Error {
         /// Given upper corner, metres.
         max: [f64; 2],
     },
-    /// A grid that is to be brought up to date by an octree with other cells.
+    /// An update of a grid by an octree whose cells have another size.
     #[error("a grid of {resolution} m cells cannot be updated by an octree of {other} m cells")]
     GridResolution {
         /// Cell size of the grid, metres.
@@ -73,13 +73,14 @@ pub enum Error {
         /// Cell size of the octree, metres.
         other: f64,
     },
-    /// A margin around obstacles that is none.
+    /// A margin around obstacles that is negative or not finite.
     #[error("obstacles cannot be inflated by {radius} m")]
     Inflation {
         /// Given radius, metres.
         radius: f64,
     },
-    /// A region that is none, or too large for a [`DistanceField`](crate::DistanceField).
+    /// A region that is not finite, ends before it begins or is too large for a
+    /// [`DistanceField`](crate::DistanceField), or a greatest distance that is not positive.
     #[error(
         "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, empty or too large"
     )]
@@ -97,7 +98,7 @@ pub enum Error {
     /// A file of a kind of octree that is not supported.
     #[error("octrees with the id {0:?} are not supported, only OcTree and ColorOcTree")]
     UnsupportedTree(String),
-    /// Any other refusal of a file.
+    /// Any other error about a file.
     #[error("{path}: {source}")]
     File {
         /// The file's path.

@@ -36,14 +36,14 @@ impl Lattice {
         if !(-32768.0..32768.0).contains(&scaled) {
             return None;
         }
-        // floor(): a call into libm on the x86-64 baseline, a truncation and a comparison here.
+        // floor() would be a call into libm on the x86-64 baseline; a truncation and a comparison are not.
         let truncated = scaled as i32;
         let floor = truncated - i32::from(f64::from(truncated) > scaled);
         Some((floor + CENTER) as u16)
     }
 
-    /// [`Self::index`] of many coordinates at once, without a branch; [`OUTSIDE`] and more for those without
-    /// one.
+    /// [`Self::index`] of many coordinates at once, without a branch; coordinates outside the map and NaN get
+    /// [`OUTSIDE`] or more.
     #[inline]
     pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
         // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.

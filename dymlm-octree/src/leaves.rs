@@ -40,7 +40,7 @@ pub struct Leaves<'a> {
     map: &'a Octree,
     /// Nodes to visit, the next one last, with their lower corners.
     stack: Vec<(Subtree<'a>, Key)>,
-    /// Cells of the box, from and to including.
+    /// First and last cell of the box.
     min: Key,
     max: Key,
 }

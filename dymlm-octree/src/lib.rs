@@ -10,8 +10,8 @@
 //! - Queries: [`Octree::state`], [`Octree::cast_ray`], [`Octree::nearest_obstacle`], [`Octree::leaves`],
 //!   [`Octree::leaves_in_box`]; [`Octree::accessor`] for many queries in one neighbourhood.
 //! - Files: [`Octree::read_ot`], [`Octree::write_ot`], [`Octree::read_bt`], [`Octree::write_bt`].
-//! - [`OccupancyGrid`]: the projection to a 2D map as ROS navigation reads it: whole, of a region, updated where the
-//!   octree has changed, inflated.
+//! - [`OccupancyGrid`]: the projection to a 2D map as ROS navigation reads it: whole, of a region, updated
+//!   where the octree has changed, inflated.
 //!
 //! World frame, metres; no axis is taken for up.
 

@@ -13,7 +13,7 @@ use crate::storage::{Kind, Subtree, child_corner};
 pub struct NearestObstacle {
     /// Distance from the point to the leaf's nearest face, metres; 0 inside it.
     pub distance: f64,
-    /// Where on the leaf that is, metres.
+    /// The leaf's point nearest to the given point, metres.
     pub point: [f64; 3],
     /// Centre of the leaf, metres.
     pub center: [f64; 3],
@@ -21,7 +21,7 @@ pub struct NearestObstacle {
     pub size: f64,
 }
 
-/// A node to visit, ordered by its distance and, for equal distances, by its place.
+/// A node to visit, ordered by its distance; at equal distances by its depth, then by its key.
 #[derive(Debug, Clone, Copy)]
 struct Candidate<'a> {
     squared: f64,

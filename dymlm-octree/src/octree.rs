@@ -119,8 +119,8 @@ impl Octree {
         self.tree.clear();
     }
 
-    /// Forgets what lies farther than `radius` metres from a place, by whole blocks of 8 cells a side: it is
-    /// unknown again. O(nodes stored).
+    /// Forgets what lies farther than `radius` metres from a place, by whole blocks of 8 cells a side: these
+    /// become unknown again. O(nodes stored).
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let lattice = self.lattice;
         self.tree.forget(&|corner, side| {
@@ -178,9 +178,9 @@ impl Octree {
         }
     }
 
-    /// Makes occupied cells free, as after one look through them: those of the smallest cells that share
-    /// something with any of the boxes (lowest and highest corner, metres) for whose centres `is_free` says
-    /// so. Gives their number. O(leaves in the boxes).
+    /// Makes occupied cells free, as after one miss: the smallest cells that touch any of the boxes (lowest
+    /// and highest corner, metres) and for whose centre `is_free` is true. Returns their number. O(leaves in
+    /// the boxes).
     pub fn free_cells(
         &mut self,
         boxes: impl IntoIterator<Item = [[f64; 3]; 2]>,

@@ -1,14 +1,14 @@
 use crate::lattice::Key;
 use crate::{Accessor, CellState, Octree};
 
-/// What cells never observed are to a ray or a [distance field](crate::DistanceField).
+/// How a ray or a [distance field](crate::DistanceField) treats cells never observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum UnknownCells {
-    /// As free ones: a ray passes.
+    /// As free: a ray passes.
     Pass,
-    /// As occupied ones: a ray ends there.
+    /// As occupied: a ray ends there.
     Stop,
 }
 
@@ -182,7 +182,7 @@ fn normalized(direction: [f64; 3]) -> Option<[f32; 3]> {
     if !(direction.iter().all(|value| value.is_finite()) && largest > 0.0) {
         return None;
     }
-    // Lengths whose square leaves single precision are brought near 1 first.
+    // Lengths whose square would leave the range of single precision are scaled to about 1 first.
     let scale = if (1e-15..1e15).contains(&largest) { 1.0 } else { largest };
     let direction = direction.map(|value| (value / scale) as f32);
     let length = f64::from(direction.iter().map(|value| value * value).sum::<f32>()).sqrt() as f32;

@@ -4,9 +4,9 @@ use crate::storage::Tree;
 use crate::{Error, Octree, OctreeConfig};
 
 impl Octree {
-    /// Gives to `sink` the parts of the map that differ from those of an earlier state, all of them without
-    /// one: what the two share is passed over. A part holds 16 x 16 x 16 cells, or the larger leaves of a
-    /// cube.
+    /// Gives to `sink` the parts of the map that differ from an earlier state, or all parts without one.
+    /// Nodes that the two states share are skipped. A part holds 16 x 16 x 16 cells, or the larger leaves of
+    /// a cube.
     ///
     /// # Errors
     ///
@@ -15,11 +15,11 @@ impl Octree {
         self.tree.save(earlier.map(|earlier| &earlier.tree), sink)
     }
 
-    /// The map whose parts these are, in any order, to the bit.
+    /// Restores, bit by bit, the map that was saved in these parts; their order does not matter.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or too many.
+    /// [`Error::Config`]; [`Error::State`] names a part that is damaged, missing or superfluous.
     pub fn load_state(
         config: OctreeConfig,
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,

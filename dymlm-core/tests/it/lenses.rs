@@ -13,7 +13,7 @@ fn freiburg1() -> (PinholeCamera, Distortion) {
     (camera, Distortion::brown_conrady(&[0.2624, -0.9531, -0.0054, 0.0026, 1.1633]).unwrap())
 }
 
-/// Like an Azure Kinect's colour camera: with a denominator.
+/// Like an Azure Kinect's colour camera: with the rational model's denominator.
 fn rational() -> (PinholeCamera, Distortion) {
     let camera = PinholeCamera::new(1280, 720, 605.6, 605.4, 638.9, 365.7).unwrap();
     let coefficients = [0.5176, -2.0461, 0.000_45, -0.000_22, 1.4331, 0.3955, -1.8661, 1.3551];
@@ -267,7 +267,7 @@ fn one_camera_registered_to_itself_changes_nothing() {
 #[test]
 fn a_slope_has_no_holes() {
     let depth_camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
-    // The colour camera on either side; its pixels are as fine.
+    // The colour camera is on either side; its pixels are of the same size.
     for side in [-0.1, 0.1] {
         let color_from_depth = Pose::new([side, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
         let registration = DepthRegistration::new(&depth_camera, &depth_camera, &color_from_depth);

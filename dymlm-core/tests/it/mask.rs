@@ -112,7 +112,7 @@ mod bits {
 mod letterbox {
     use dymlm_core::{BoundingBox, Letterbox, Mask};
 
-    /// Waves, as a network's smooth logits.
+    /// Waves, smooth as a network's logits.
     fn logits() -> Vec<f32> {
         let score = |u: f64, v: f64| (u * 0.21 + 0.3).sin() + (v * 0.17 - 0.2).cos() - 0.2;
         (0..160 * 160).map(|i| score(f64::from(i % 160), f64::from(i / 160)) as f32).collect()

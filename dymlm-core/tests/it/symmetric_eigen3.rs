@@ -8,7 +8,7 @@ fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
-/// Largest departure of what was found from an eigendecomposition, relative to the greatest element.
+/// Largest departure of the result from an eigendecomposition, relative to the greatest element.
 fn departure(matrix: &Matrix3<f64>, eigen: &SymmetricEigen3) -> f64 {
     let scale = matrix.amax().max(f64::MIN_POSITIVE);
     let vectors = Matrix3::from_fn(|row, column| eigen.vectors[column][row]);
@@ -107,7 +107,7 @@ fn the_greatest_numbers_do_not_overflow() {
     let matrix = [[f64::MAX, f64::MAX, 0.0], [f64::MAX, -f64::MAX, 0.0], [0.0, 0.0, 1.0]];
     let eigen = symmetric_eigen3(matrix).unwrap();
     assert!(eigen.vectors.iter().flatten().all(|x| x.is_finite()));
-    // The eigenvalue itself is no number of f64.
+    // The eigenvalue itself is beyond the range of f64.
     assert_eq!([eigen.values[0], eigen.values[2]], [f64::INFINITY, f64::NEG_INFINITY]);
 }
 

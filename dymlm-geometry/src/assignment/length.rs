@@ -1,8 +1,8 @@
 use std::fmt::Debug;
 use std::ops::{AddAssign, SubAssign};
 
-/// Lengths of paths, whole numbers: as `f64`, of which vector registers compare and add two at a time, or
-/// `i64`, which holds greater ones.
+/// Lengths of paths, which are whole numbers: as `f64`, which vector registers compare and add two at a time,
+/// or as `i64`, which holds greater ones.
 pub(super) trait Length: Copy + Default + Debug + PartialOrd + AddAssign + SubAssign {
     /// Longer than any path.
     const ENDLESS: Self;
@@ -12,13 +12,13 @@ pub(super) trait Length: Copy + Default + Debug + PartialOrd + AddAssign + SubAs
     /// The cost of a pair of this weight.
     fn cost(weight: i64) -> Self;
 
-    /// `length` + `cost` - `potential`; endless where that is closed, or the cost endless.
+    /// `length` + `cost` - `potential`; endless where the potential is closed or the cost endless.
     fn through(length: Self, cost: Self, potential: Self) -> Self;
 
     /// `length` - `potential`.
     fn without(length: Self, potential: Self) -> Self;
 
-    /// Whether all lengths between so many pairs of at most this weight are exact.
+    /// Whether all lengths are exact for this number of pairs, each of at most this weight.
     fn holds(pairs: usize, greatest_weight: i64) -> bool;
 }
 
@@ -41,7 +41,7 @@ impl Length for f64 {
         length - potential
     }
 
-    /// A path has a pair of each row at most, and potentials are differences of lengths of paths.
+    /// A path has at most one pair of each row, and potentials are differences of lengths of paths.
     fn holds(pairs: usize, greatest_weight: i64) -> bool {
         (8 * pairs as u64).saturating_mul(greatest_weight as u64) < 1 << Self::MANTISSA_DIGITS
     }

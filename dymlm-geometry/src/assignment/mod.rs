@@ -5,18 +5,18 @@ use length::Length;
 use shortest_paths::ShortestPaths;
 
 /// Pairs rows with columns so that the sum of the pairs' weights is greatest (the linear sum assignment
-/// problem, of which a part may stay unpaired): boxes with tracks, detections with objects.
+/// problem; rows and columns may stay unpaired): boxes with tracks, detections with objects.
 ///
 /// Successive shortest augmenting paths with potentials (Kuhn 1955, Munkres 1957; in the form of Jonker and
 /// Volgenant, "A Shortest Augmenting Path Algorithm for Dense and Sparse Linear Assignment Problems", 1987,
-/// without their heuristics, which would choose otherwise among equal sums): O(n^2 m) for n <= m. Weights are
-/// integers, so that sums compare exactly on every machine; real weights come as fixed point. The buffers
-/// stay for the next call.
+/// without their heuristics, which would choose differently among equal sums): O(n^2 m) for n <= m. Weights
+/// are integers, so that sums compare exactly on every machine; real weights are passed as fixed-point
+/// numbers. The buffers are kept for the next call.
 ///
 /// ```
 /// use dymlm_geometry::Assignment;
 ///
-/// // Two detections, three tracks. The best pair of all would cost the other detection its only one.
+/// // Two detections, three tracks. The pair of greatest weight would leave the other detection unpaired.
 /// let weights = [80, 70, 0,
 ///                75,  0, 0];
 /// let mut assignment = Assignment::default();
@@ -24,14 +24,14 @@ use shortest_paths::ShortestPaths;
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Assignment {
-    /// In vector registers, as long as sums are exact.
+    /// Used as long as its sums are exact: it runs in vector registers.
     floating: ShortestPaths<f64>,
     integer: ShortestPaths<i64>,
     partners: Vec<Option<usize>>,
 }
 
 impl Assignment {
-    /// Largest weight; larger ones are taken for it. Sums over a million of pairs stay exact.
+    /// Largest weight; larger weights count as this one. Sums over a million pairs stay exact.
     pub const MAX_WEIGHT: i64 = 1 << 42;
 
     /// The column of each row, or `None`. Only pairs of positive weight are made; of several best choices
@@ -48,7 +48,7 @@ impl Assignment {
             return &self.partners;
         }
 
-        // Rows are added one by one: the smaller side shall be theirs.
+        // Rows are added one by one: the smaller side becomes the rows.
         let transposed = rows > columns;
         let (few, many) = if transposed { (columns, rows) } else { (rows, columns) };
         let weight_of = |a: usize, b: usize| {

@@ -1,15 +1,15 @@
 use super::length::Length;
 
-/// Columns that are compared at once.
+/// Number of columns that are compared at once.
 const BLOCK: usize = 8;
 
-/// Pairs rows with columns, at least as many, at the least cost: one row after the other, each along the
-/// shortest path of changes that ends at a free column.
+/// Pairs rows with at least as many columns at the least cost: one row after the other, each along the
+/// shortest augmenting path, which ends at a free column.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ShortestPaths<T> {
     rows: usize,
     columns: usize,
-    /// Costs row by row, each filled up to whole blocks with endless ones.
+    /// Costs row by row, each row padded to whole blocks with endless costs.
     costs: Vec<[T; BLOCK]>,
     row_potentials: Vec<T>,
     column_potentials: Vec<[T; BLOCK]>,
@@ -20,17 +20,18 @@ pub(super) struct ShortestPaths<T> {
     /// block.
     distances: Vec<[T; BLOCK]>,
     nearest: Vec<T>,
-    /// The rows from which paths have gone on, and the length up to each without its potential.
+    /// The rows that were scanned, each with the length of the path to it minus its potential.
     scans: Vec<(usize, T)>,
-    /// Columns that have been reached, at which distance.
+    /// Columns that have been reached, with their distances.
     reached: Vec<(usize, T)>,
-    /// Columns that have not, and the place of each among them: of columns as near the first one counts.
+    /// Columns that have not been reached, and the place of each in this list: of equally near columns, the
+    /// one in the first place is taken.
     open: Vec<usize>,
     place: Vec<usize>,
 }
 
 impl<T: Length> ShortestPaths<T> {
-    /// Takes the weights; gives the greatest.
+    /// Takes the weights; returns the greatest.
     pub(super) fn prepare(
         &mut self,
         rows: usize,
@@ -90,8 +91,8 @@ impl<T: Length> ShortestPaths<T> {
         self.place.clone_from(&self.open);
     }
 
-    /// Goes on from a row that a path of this length leads to, to the nearest column that has not been
-    /// reached; the length becomes that of its path.
+    /// Scans a row, to which a path of this length leads, and reaches the nearest column not reached before;
+    /// `length` becomes the length of the path to that column.
     fn reach_next(&mut self, row: usize, length: &mut T) -> usize {
         let start = T::without(*length, self.row_potentials[row]);
         self.scans.push((row, start));
@@ -109,7 +110,7 @@ impl<T: Length> ShortestPaths<T> {
         column
     }
 
-    /// Shortens the paths to all columns by those through a row; gives the least length.
+    /// Shortens the paths to all columns by those through a row; returns the least length.
     fn extend_paths(&mut self, row: usize, start: T) -> T {
         let blocks = self.column_potentials.len();
         let costs = &self.costs[row * blocks..(row + 1) * blocks];
@@ -126,8 +127,7 @@ impl<T: Length> ShortestPaths<T> {
         least
     }
 
-    /// Of the open columns at a distance the first, and the first free one rather than any other: that ends
-    /// the search.
+    /// The first open column at a distance; free columns come before others, since they end the search.
     fn first_at(&self, distance: T) -> usize {
         let mut first = None;
         for (block, &nearest) in self.nearest.iter().enumerate() {
@@ -161,7 +161,7 @@ impl<T: Length> ShortestPaths<T> {
                 |&(row, start): &(usize, T)| T::through(start, self.cost(row, column), potential) == distance;
             scan = self.scans.iter().position(made).unwrap_or(0);
             self.row_of[column] = Some(self.scans[scan].0);
-            // Each row but the first was reached by the column that it was paired with.
+            // Each row but the first was reached through the column that it was paired with.
             match scan.checked_sub(1) {
                 Some(before) => column = self.reached[before].0,
                 None => return,
@@ -182,8 +182,8 @@ impl<T: Length> ShortestPaths<T> {
     /// Makes the reduced costs of all pairs on the path zero, and leaves none negative.
     fn raise_potentials(&mut self, row: usize, length: T) {
         self.row_potentials[row] += length;
-        // The last that was reached is the path's end, at no distance from itself; each before it led to the
-        // row of the next scan.
+        // The column reached last is the path's end, whose potential does not change; each column before it
+        // led to the row of the next scan.
         let after = self.scans.iter().skip(1);
         for (&(column, distance), &(row, _)) in self.reached.iter().zip(after) {
             let rise = T::without(length, distance);

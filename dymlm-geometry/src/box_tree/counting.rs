@@ -6,8 +6,8 @@ use super::tree::squared_distance;
 impl BoxTree {
     /// Whether at least `enough` points lie within a distance of a place.
     ///
-    /// Boxes are opened from the largest to the smallest, and only while those that the sphere cuts could
-    /// still decide it. `front` and `next` are buffers to keep.
+    /// Boxes are opened from the largest to the smallest, and only while the boxes that the sphere cuts can
+    /// still decide the answer. `front` and `next` are buffers to reuse.
     pub(crate) fn has_within(
         &self,
         place: Point,
@@ -17,7 +17,7 @@ impl BoxTree {
     ) -> bool {
         front.clear();
         front.extend(self.root());
-        // So many are within, and so many more may be.
+        // Number of points that are within, and of points that may be.
         let (mut within, mut open) = (0, self.points().len());
         while within < enough && within + open >= enough && !front.is_empty() {
             next.clear();
@@ -36,7 +36,7 @@ impl BoxTree {
                 if self.children(node).is_none() {
                     let node = self.node(node);
                     let near = |point: &&Point| squared_distance(place, **point) <= squared_distance_limit;
-                    // All points of a box without extent are as far; others are few.
+                    // All points of a box without extent are equally far; other leaves hold few points.
                     within += if node.least_from(place) == node.most_from(place) {
                         usize::from(node.most_from(place) <= squared_distance_limit) * node.len()
                     } else {

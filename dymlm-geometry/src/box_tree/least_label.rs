@@ -20,7 +20,7 @@ impl LeastLabels {
         let label = |&index: &u32| labels.get(index as usize).copied().unwrap_or(u32::MAX);
         let labels: Vec<u32> = tree.indices().iter().map(label).collect();
         let mut least = vec![u32::MAX; tree.nodes().len()];
-        // Children stand behind their parents.
+        // Children come after their parents.
         for node in (0..least.len() as u32).rev() {
             least[node as usize] = if let Some(children) = tree.children(node) {
                 children.map(|child| least[child as usize]).into_iter().min()
@@ -33,8 +33,8 @@ impl LeastLabels {
         Self { tree, least, labels }
     }
 
-    /// The least label of the points within a distance of a place; `u32::MAX` without one. `open` is a buffer
-    /// to keep.
+    /// The least label of the points within a distance of a place; `u32::MAX` when there are none. `open` is
+    /// a buffer to reuse.
     pub(crate) fn within(&self, place: Point, squared_distance_limit: f32, open: &mut Vec<u32>) -> u32 {
         let mut best = u32::MAX;
         open.clear();

@@ -1,4 +1,4 @@
-//! A tree of boxes around points, of which no cloud makes a long search: [`BoxTree`].
+//! A tree of boxes around points, whose searches stay short for any cloud: [`BoxTree`].
 
 mod counting;
 mod least_label;

@@ -2,28 +2,27 @@ use dymlm_core::Point;
 
 use super::BoxTree;
 
-/// The squared distances of the points nearest to a place, ascending. A buffer to keep.
+/// The squared distances of the points nearest to a place, ascending. A buffer to reuse.
 #[derive(Debug, Clone)]
 pub(crate) struct Nearest {
-    /// As many as are wanted; infinite where none is found yet.
+    /// As many as are wanted; infinite where no point is found yet.
     distances: Vec<f32>,
-    /// Distance at which points are of no use any more: the last of them.
+    /// Squared distance from which on points are of no use: the last of `distances`.
     bound: f32,
-    /// Nodes to look into, and their least distances.
+    /// Nodes to search, with their least squared distances.
     open: Vec<(f32, u32)>,
 }
 
 impl Nearest {
-    /// Looks for as many points.
+    /// A buffer for searches of `wanted` points.
     pub(crate) fn new(wanted: usize) -> Self {
         Self { distances: vec![f32::INFINITY; wanted], bound: f32::INFINITY, open: Vec::new() }
     }
 
-    /// The squared distances of the nearest points of a tree, ascending; of all, where there are less, and of
-    /// none that is infinitely far.
+    /// The squared distances of the nearest points of a tree, ascending: of all points where there are fewer
+    /// than wanted, without points that are infinitely far.
     ///
-    /// What is as far as the last one found is passed over: of many points as far, only so many are looked
-    /// at.
+    /// Points as far as the last one found are skipped: of many equally far points, few are compared.
     pub(crate) fn find(&mut self, tree: &BoxTree, place: Point) -> &[f32] {
         self.distances.fill(f32::INFINITY);
         self.bound = f32::INFINITY;
@@ -58,7 +57,7 @@ impl Nearest {
             if least >= self.bound {
                 return;
             }
-            // All together, without branches.
+            // The points of a run together, without branches.
             let mut found = [0.0; BoxTree::RUN];
             for (others, x) in coordinates.into_iter().zip(place) {
                 for (found, other) in found.iter_mut().zip(others) {

@@ -1,25 +1,25 @@
 use dymlm_core::Point;
 
-/// Most points of a leaf: as many as are compared faster than another box.
+/// Most points of a leaf: comparing this many is faster than testing another box.
 const LEAF: usize = BoxTree::RUN;
 
-/// Points in boxes as tight as they can be, halved along their longest side: O(n log n) to build.
+/// Points in tight boxes, each halved along its longest side: O(n log n) to build.
 ///
-/// Boxes that halve along each axis in turn would do for points that fill space; but points in planes, on
-/// lines and in heaps of equal ones are what depth cameras see of walls, edges and of a world at rest. A box
-/// of no extent is a leaf, however many points are in it.
+/// Halving along each axis in turn would do for points that fill space; but depth cameras see points in
+/// planes (walls), on lines (edges) and in heaps of equal points (a world at rest). A box without extent is a
+/// leaf, however many points are in it.
 ///
 /// Squared distances are `dx * dx + dy * dy + dz * dz` in f32, in this order. Rounding is monotone, so that
-/// those of boxes bound those of points without a margin, even where squares vanish or overflow. Points are
-/// finite.
+/// the distances of boxes bound those of points without a margin, even where squares vanish or overflow.
+/// Points are finite.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BoxTree {
-    /// Each before its children, the first child right behind it.
+    /// Each node is before its children, its first child right after it.
     nodes: Vec<Node>,
     points: Vec<Point>,
-    /// The same, axis by axis, and [`BoxTree::RUN`] more values.
+    /// Coordinates of the points, axis by axis, and [`BoxTree::RUN`] more values.
     coordinates: [Vec<f32>; 3],
-    /// Index of each point in the order in which they were given.
+    /// Index of each point in the order in which the points were given.
     indices: Vec<u32>,
 }
 
@@ -39,19 +39,19 @@ impl Node {
         (self.end - self.first) as usize
     }
 
-    /// Least squared distance of any of its points from a point, or less.
+    /// A lower bound of the squared distances of its points from a point.
     #[inline]
     pub(super) fn least_from(&self, point: Point) -> f32 {
         squared(std::array::from_fn(|i| (self.min[i] - point[i]).max(point[i] - self.max[i]).max(0.0)))
     }
 
-    /// Greatest squared distance of any of its points from a point, or more.
+    /// An upper bound of the squared distances of its points from a point.
     #[inline]
     pub(super) fn most_from(&self, point: Point) -> f32 {
         squared(std::array::from_fn(|i| (point[i] - self.min[i]).max(self.max[i] - point[i])))
     }
 
-    /// Least squared distance of any of its points from one of another's, or less.
+    /// A lower bound of the squared distances between its points and those of another node.
     #[inline]
     pub(super) fn least_between(&self, other: &Self) -> f32 {
         squared(std::array::from_fn(|i| {
@@ -59,7 +59,7 @@ impl Node {
         }))
     }
 
-    /// Greatest squared distance of any of its points from one of another's, or more.
+    /// An upper bound of the squared distances between its points and those of another node.
     #[inline]
     pub(super) fn most_between(&self, other: &Self) -> f32 {
         squared(std::array::from_fn(|i| (self.max[i] - other.min[i]).max(other.max[i] - self.min[i])))
@@ -77,10 +77,10 @@ fn squared([x, y, z]: Point) -> f32 {
 }
 
 impl BoxTree {
-    /// Points that are compared all together.
+    /// Number of points that are compared together.
     pub(super) const RUN: usize = 16;
 
-    /// A tree of finite points, of the first 2^32 - 1 at most.
+    /// A tree of finite points; points after the first 2^32 - 1 are left out.
     pub(crate) fn new(points: impl Iterator<Item = Point>) -> Self {
         let mut entries: Vec<(Point, u32)> = points.zip(0..u32::MAX).collect();
         let mut nodes = Vec::with_capacity(2 * entries.len().div_ceil(LEAF) + 1);
@@ -99,7 +99,7 @@ impl BoxTree {
         &self.points
     }
 
-    /// Where each of [`Self::points`] stood among those given.
+    /// The index that each of [`Self::points`] had among the points given.
     #[inline]
     pub(crate) fn indices(&self) -> &[u32] {
         &self.indices
@@ -153,7 +153,7 @@ impl BoxTree {
         })
     }
 
-    /// Points of a leaf that stand for all: one where all are equal.
+    /// The points of a leaf, or one of them where all are equal.
     #[inline]
     pub(super) fn distinct_points_of(&self, node: &Node) -> &[Point] {
         let points = self.points_of(node);
@@ -161,7 +161,7 @@ impl BoxTree {
     }
 }
 
-/// Calls itself as deep as the logarithm of the number of points.
+/// The depth of the recursion is the logarithm of the number of points.
 fn add_node(nodes: &mut Vec<Node>, entries: &mut [(Point, u32)], first: u32) {
     let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for (point, _) in &*entries {

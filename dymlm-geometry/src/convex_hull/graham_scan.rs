@@ -17,7 +17,7 @@ pub(super) fn graham_scan(points: &[[f64; 2]], hull: &mut Vec<[f64; 2]>) {
     }
 }
 
-/// Adds a point to the chain that begins at `start`, and takes out the corners that then are none.
+/// Adds a point to the chain that begins at `start`, and removes the corners that are corners no longer.
 fn append(hull: &mut Vec<[f64; 2]>, start: usize, point: [f64; 2]) {
     if hull.last() == Some(&point) {
         return;

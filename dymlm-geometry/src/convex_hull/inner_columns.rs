@@ -1,12 +1,12 @@
-/// Most columns.
+/// Greatest number of columns.
 pub(super) const COLUMNS: usize = 128;
 
 /// Adding this to a number between -2^51 and 2^51 leaves its nearest integer in the lowest bits.
 const ROUNDER: u64 = 3 << 51;
 
-/// Distance from the hull within which nothing is surely inside, as a share of the extent. All is computed
-/// about a point of the hull, so rounding is some 1e-15 of the extent in x. It costs that times the slope in
-/// y, which is at most one over the distance from the left or right end in these shares.
+/// Points nearer to the hull than these shares of its extent do not count as surely inside. All is computed
+/// relative to a point of the hull, so rounding is some 1e-15 of the extent in x. In y it is that times the
+/// slope, which is at most one over the distance from the left or right end, in these shares.
 const MARGIN_Y: f64 = 1e-9;
 const MARGIN_X: f64 = 1e-5;
 const SMALLEST_EXTENT: f64 = 1e-100;
@@ -20,7 +20,7 @@ pub(super) struct InnerColumns {
     /// The middle of the first column, and the polygon's lowest y.
     origin: [f64; 2],
     per_x: f64,
-    /// Columns in use; behind them an empty one, for what is beyond.
+    /// Columns in use; after them comes an empty one, for points beyond.
     count: usize,
     columns: Box<[Column; COLUMNS + 1]>,
 }
@@ -31,7 +31,7 @@ struct Column {
     high: Line,
 }
 
-/// y = start + slope x, about the origin.
+/// y = start + slope x, relative to the origin.
 #[derive(Debug, Clone, Copy, Default)]
 struct Line {
     start: f64,
@@ -61,8 +61,8 @@ impl Default for InnerColumns {
 }
 
 impl InnerColumns {
-    /// Takes a number of columns, at most [`COLUMNS`], from a hull, counter-clockwise from its leftmost
-    /// point. Nothing is in those of a hull that is too narrow.
+    /// Fills `count` columns, at most [`COLUMNS`], from a hull given counter-clockwise from its leftmost
+    /// point. The columns of a hull that is too narrow contain nothing.
     pub(super) fn fill(&mut self, hull: &[[f64; 2]], count: usize) {
         self.count = 0;
         self.columns[0] = Column::default();

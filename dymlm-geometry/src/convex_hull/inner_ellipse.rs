@@ -3,18 +3,18 @@
 #[derive(Debug, Clone, Copy)]
 pub(super) struct InnerEllipse {
     center: [f64; 2],
-    /// Lower triangle of the map that makes it a circle of radius 1: u = xx x, v = yx x + yy y.
+    /// Lower triangle of the map that makes the ellipse a circle of radius 1: u = xx x, v = yx x + yy y.
     xx: f64,
     yx: f64,
     yy: f64,
 }
 
-/// Share of its radius by which it is smaller than it could be. It may be as thin as that: rounding, some
-/// 1e-15 over the square of the thinness, is far below.
+/// Share of its radius by which the ellipse is smaller than what fits. An ellipse thinner than this share is
+/// not used, since rounding grows with one over the thinness.
 const MARGIN: f64 = 1e-6;
 
 impl InnerEllipse {
-    /// Of a hull, counter-clockwise; `None` when that is too narrow.
+    /// The ellipse of a hull given counter-clockwise; `None` when the hull is too narrow.
     pub(super) fn of(hull: &[[f64; 2]]) -> Option<Self> {
         let center = centroid(hull)?;
         let [cxx, cxy, cyy] = shape(hull, center);
@@ -44,7 +44,7 @@ impl InnerEllipse {
         [self.xx * x, self.yx * x + self.yy * y]
     }
 
-    /// How far the nearest side of the hull is from the centre, where the ellipse is a circle.
+    /// Distance of the hull's nearest side from the centre, after the map that makes the ellipse a circle.
     fn distance(&self, hull: &[[f64; 2]]) -> Option<f64> {
         let distances = sides(hull).map(|side| {
             let [a, b] = side.map(|end| self.in_circle(&end));
@@ -66,8 +66,8 @@ fn centroid(hull: &[[f64; 2]]) -> Option<[f64; 2]> {
     Some([about[0] + first[0] / (3.0 * area), about[1] + first[1] / (3.0 * area)])
 }
 
-/// xx, xy, yy of the triangles between a centre and the sides, each taken for one point: what becomes of the
-/// polygon under a linear map becomes of this.
+/// Second moments xx, xy, yy of the triangles between a centre and the sides, each triangle taken as one
+/// point: they transform with the polygon under a linear map.
 fn shape(hull: &[[f64; 2]], center: [f64; 2]) -> [f64; 3] {
     let triangles = sides(hull).map(|side| side.map(|end| [end[0] - center[0], end[1] - center[1]]));
     triangles.fold([0.0; 3], |[xx, xy, yy], [a, b]| {

@@ -10,18 +10,19 @@ pub(super) struct InnerRegion {
     columns: InnerColumns,
 }
 
-/// The ellipse is given up when more than one in this many fours of points is not inside: branches that a
-/// processor cannot predict cost more than the columns.
+/// The ellipse is dropped when more than one in this many groups of four points is not inside it: branches
+/// that a processor cannot predict cost more than the columns.
 const MISSED_OF: usize = 4;
 
 impl InnerRegion {
-    /// Takes the region from a hull, counter-clockwise from its leftmost point; with a number of columns.
+    /// Takes the region, with a number of columns, from a hull given counter-clockwise from its leftmost
+    /// point.
     pub(super) fn fill(&mut self, hull: &[[f64; 2]], columns: usize) {
         self.ellipse = InnerEllipse::of(hull);
         self.columns.fill(hull, columns);
     }
 
-    /// Adds those of a block's points that may be outside, but for the ones that are to be passed over.
+    /// Adds those of a block's usable points that may be outside.
     pub(super) fn add_outer(&mut self, block: &[[f64; 2]], outer: &mut Vec<[f64; 2]>) {
         let (fours, rest) = block.as_chunks::<4>();
         outer.extend(rest.iter().filter_map(usable));
@@ -40,7 +41,7 @@ impl InnerRegion {
 
     #[inline]
     fn add_outside_columns(&self, four: &[[f64; 2]; 4], outer: &mut Vec<[f64; 2]>) {
-        // Without a branch for each.
+        // Without a branch for each point.
         if !four.iter().fold(true, |all, point| all & self.columns.contain(point)) {
             let outside = four.iter().filter(|point| !self.columns.contain(point));
             outer.extend(outside.filter_map(usable));

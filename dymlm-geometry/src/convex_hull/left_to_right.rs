@@ -11,7 +11,7 @@ pub(super) struct LeftToRight {
     dealt: Vec<[f64; 2]>,
 }
 
-/// So few are sorted as they are.
+/// Up to this many points are sorted without columns.
 const FEW: usize = 64;
 
 impl LeftToRight {
@@ -57,7 +57,7 @@ impl LeftToRight {
     }
 }
 
-/// By x, then y. Sorting asks only for what is less.
+/// By x, then y. Sorting only uses whether one is less.
 #[inline]
 #[allow(clippy::needless_bitwise_bool, reason = "without branches")]
 fn order(a: &[f64; 2], b: &[f64; 2]) -> Ordering {

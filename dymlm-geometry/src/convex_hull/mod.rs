@@ -24,16 +24,16 @@ const MANY_POINTS: usize = 8192;
 const SPAN: usize = 256;
 const SAMPLE: usize = 4;
 
-/// So many points, in the mean, are in a column of few points' outline; at least so many columns.
+/// Mean number of points in a column of the outline of few points; lower bound of the number of columns.
 const IN_COLUMN: usize = 32;
 const FEWEST_COLUMNS: usize = 16;
 
-/// Points are compared with the hull of those before in blocks of this many, after each of which it may be
-/// computed anew.
+/// Points are compared with the hull of earlier points in blocks of this many; after each block the hull may
+/// be computed again.
 const BLOCK: usize = 1024;
 
-/// The hull is computed anew when there are more candidates than `MANY` and `MANY_FOR_CORNER` for each of its
-/// corners. So all computations together cost little more than the last.
+/// The hull is computed again when there are more candidates than `MANY` plus `MANY_FOR_CORNER` for each of
+/// its corners. So all computations together cost little more than the last one.
 const MANY: usize = 128;
 const MANY_FOR_CORNER: usize = 3;
 
@@ -42,16 +42,16 @@ const MANY_FOR_CORNER: usize = 3;
 ///
 /// Every vertex is a strict corner: points on an edge and repeated points are left out. The hull of points on
 /// one line is its two ends, that of one place a single vertex, that of nothing is empty. Points that are not
-/// finite or have a coordinate beyond 1e120 are passed over. All decisions are exact (coordinates between
-/// 1e-120 and 1e120 in magnitude, or 0), so no rounding ever drops a corner or keeps a dent.
+/// finite or have a coordinate beyond 1e120 are skipped. All decisions are exact (coordinates between 1e-120
+/// and 1e120 in magnitude, or 0), so no rounding ever drops a corner or keeps a dent.
 ///
 /// # Algorithm
 ///
-/// Graham's scan as Andrew orders it: points by x, then y; the lower chain on the way out, the upper chain on
-/// the way back, each popping the corners that do not turn left. Of many points most lie well within the hull
-/// of a few, at first of their outline, or that of a sample; one pass drops what is surely inside, and takes the hull
-/// anew when many have turned out not to be. O(n log n) at worst, O(n) when few points lie near the hull, as
-/// in scans of things.
+/// Graham's scan in Andrew's order: points by x, then y; the lower chain on the way out, the upper chain on
+/// the way back, each popping the corners that do not turn left. Most of many points lie well within the hull
+/// of a few: of the outline of all points, or of a sample. One pass drops the points that are surely inside,
+/// and computes the hull again when many others have been found. O(n log n) at worst, O(n) when few points
+/// lie near the hull, as in scans of objects.
 ///
 /// Graham: "An efficient algorithm for determining the convex hull of a finite planar set", Information
 /// Processing Letters 1, 1972; Andrew: "Another efficient algorithm for convex hulls in two dimensions",

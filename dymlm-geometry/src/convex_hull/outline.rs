@@ -1,11 +1,11 @@
 use super::usable::usable;
 
-/// Some points near the hull of many: in each of a number of columns of x the lowest and the highest.
+/// A few points near the hull of many: the lowest and the highest in each of a number of columns of x.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outline {
-    /// The points that are not to be passed over.
+    /// The usable points.
     points: Vec<[f64; 2]>,
-    /// Lowest and highest point of each column; at infinity where it has none.
+    /// Lowest and highest point of each column; at infinity where the column has none.
     columns: Vec<[[f64; 2]; 2]>,
 }
 
@@ -27,7 +27,7 @@ impl Outline {
         self.columns.resize(columns, [[0.0, f64::INFINITY], [0.0, f64::NEG_INFINITY]]);
         let per_x = columns as f64 / (right - left);
         for point in &self.points {
-            // Points that are all at one x make it 0 times infinity: column 0.
+            // When all points have the same x, this is 0 times infinity, NaN, which becomes column 0.
             let column = ((point[0] - left) * per_x) as usize;
             let [low, high] = &mut self.columns[column.min(columns - 1)];
             if point[1] < low[1] {

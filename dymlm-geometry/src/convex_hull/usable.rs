@@ -1,7 +1,7 @@
-/// Points with a coordinate greater than this are passed over: the exact orientation test would overflow.
+/// Points with a coordinate of greater magnitude are skipped: the exact orientation test would overflow.
 const FARTHEST: f64 = 1e120;
 
-/// The point, with 0 for -0, unless it is to be passed over.
+/// The point, with 0 for -0, unless it is to be skipped.
 #[inline]
 pub(super) fn usable(point: &[f64; 2]) -> Option<[f64; 2]> {
     // NaN fails the comparison.

@@ -11,18 +11,18 @@ pub(super) struct Facet {
     pub(super) vertices: [u32; 3],
     /// The facet beyond the edge from each vertex to the next.
     pub(super) neighbors: [u32; 3],
-    /// Outward, of length 1 but for rounding; of a sliver in any direction.
+    /// Outward, of length 1 but for rounding; the normal of a sliver may have any direction.
     normal: Vector3,
     /// normal.x on the plane.
     offset: f64,
-    /// Of the points outside that it keeps, the farthest; the others follow in the hull's list.
+    /// The farthest of the outside points assigned to the facet; the others follow in the hull's list `next`.
     pub(super) outside: u32,
-    /// How far that one is outside.
+    /// Height of that point above the facet.
     pub(super) farthest: f64,
-    /// When it was last asked whether an eye sees it, and what came out; see `QuickHull`.
+    /// The number of the search in which the facet was last tested, and whether it was seen; see `QuickHull`.
     pub(super) asked: u32,
     pub(super) is_seen: bool,
-    /// Whether it is on the hull still.
+    /// Whether the facet is still on the hull.
     pub(super) is_alive: bool,
 }
 

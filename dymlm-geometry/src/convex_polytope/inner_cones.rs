@@ -12,23 +12,23 @@ const ROUNDER: u64 = 3 << 51;
 /// Share by which the region is smaller than it could be; rounding is far below.
 const MARGIN: f64 = 1e-9;
 
-/// The part of a convex polytope that is surely inside: in each of some hundred cones from its centre, what
-/// is below a plane through the surface.
+/// The part of a convex polytope that is surely inside: in each of several hundred cones from its centre, the
+/// space below a plane through the surface.
 ///
 /// Cones have square bases on the octahedron |x| + |y| + |z| = 1, seen along z from above and from below: so
-/// a point's cone is found without a branch. Squares along the rim are halves.
+/// a point's cone is found without a branch. Of the squares along the rim, halves are used.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InnerCones {
     center: Vector3,
     /// For each cell of directions the normal m of the plane m.(x - centre) = 1; NaN where nothing is inside.
     planes: Vec<Vector3>,
-    /// For each of the polytope's facets that same m, coordinate by coordinate.
+    /// The normal m of each of the polytope's facets, coordinate by coordinate.
     facets: [Vec<[f64; LANES]>; 3],
-    /// Where the surface is in the directions of the cells' corners.
+    /// The surface's points in the directions of the cells' corners, relative to the centre.
     corners: Vec<Option<Vector3>>,
 }
 
-/// Facets side by side in vector registers.
+/// Number of facets side by side in vector registers.
 const LANES: usize = 4;
 
 impl InnerCones {
@@ -50,13 +50,13 @@ impl InnerCones {
         }
     }
 
-    /// Whether four points are all surely inside; points that are not finite may be anywhere.
+    /// Whether four points are all surely inside; for points that are not finite the answer is arbitrary.
     #[inline]
     pub(crate) fn contain_all(&self, points: &[Vector3; 4]) -> bool {
         points.iter().fold(true, |all, point| all & self.contain(*point))
     }
 
-    /// Whether a point is surely inside; one that is not finite may be anywhere.
+    /// Whether a point is surely inside; for a point that is not finite the answer is arbitrary.
     #[inline]
     pub(crate) fn contain(&self, point: Vector3) -> bool {
         let own = difference(point, self.center);
@@ -78,7 +78,7 @@ impl InnerCones {
         }
     }
 
-    /// Finds where the surface is on the upper or lower side.
+    /// Finds the surface's points at the corners of the upper or lower side.
     fn take_corners(&mut self, side: f64) {
         self.corners.clear();
         for corner in 0..CORNERS * CORNERS {
@@ -92,8 +92,8 @@ impl InnerCones {
         }
     }
 
-    /// How many times per length of this direction the surface is reached; not finite where a sliver among
-    /// the facets has no direction.
+    /// One over the multiple of this direction at which the surface is reached; not finite where a sliver
+    /// among the facets has no normal.
     fn greatest_slope(&self, [u, v, w]: Vector3) -> f64 {
         let [x, y, z] = &self.facets;
         let mut greatest = [0.0; LANES];
@@ -107,7 +107,7 @@ impl InnerCones {
     }
 }
 
-/// The cell that a direction is in; any one when it is not finite or has no length.
+/// The cell that a direction is in; any cell when the direction is not finite or has no length.
 #[inline]
 fn cell_of([x, y, z]: Vector3) -> usize {
     let rounder = ROUNDER as f64;
@@ -123,8 +123,8 @@ fn cell_of([x, y, z]: Vector3) -> usize {
     ((below * CELLS as u64 + cell(y)) * CELLS as u64 + cell(x)) as usize
 }
 
-/// The plane across a cone that is above none of its edges' points, so that what is below it is between the
-/// points and the apex; of the half of a cone that has three.
+/// The plane across a cone that is above none of the surface's points on the cone's edges, so that the space
+/// below the plane is between these points and the apex. A half cone has three edges.
 fn plane_below(corners: [Option<Vector3>; 4]) -> Vector3 {
     let normal = match corners {
         [Some(a), Some(b), Some(c), Some(d)] => cross(difference(c, a), difference(d, b)),

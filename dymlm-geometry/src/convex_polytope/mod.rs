@@ -1,5 +1,5 @@
-//! Convex hulls of points in space: [`QuickHull`] makes them, [`VertexGraph`] answers how far they extend,
-//! and [`InnerCones`] tells points that are surely inside.
+//! Convex hulls of points in space: [`QuickHull`] computes them, [`VertexGraph`] finds how far they extend,
+//! and [`InnerCones`] finds points that are surely inside.
 
 mod facet;
 mod inner_cones;

@@ -4,10 +4,11 @@ use super::facet::{Facet, NONE, side_of};
 
 /// The convex hull of points in space as a closed surface of triangles.
 ///
-/// Quickhull: from a tetrahedron on, the point farthest outside a facet becomes a vertex, and the facets that
-/// it sees give way to new ones between it and their rim. Whether a facet is seen is decided exactly, so the
-/// surface is a closed convex one whatever the points; facets may lie in one plane. Points less than a
-/// tolerance outside are left out: no noise of rounding makes the corners of a plane face thousands.
+/// Quickhull: starting from a tetrahedron, the point farthest outside a facet becomes a vertex, and the
+/// facets that it sees are replaced by new ones between the point and their rim. Whether a facet is seen is
+/// decided exactly, so the surface is closed and convex for any points; several facets may lie in one plane.
+/// Points less than a tolerance outside are left out, so that rounding does not give a plane face thousands
+/// of corners.
 ///
 /// Barber, Dobkin, Huhdanpaa: "The Quickhull algorithm for convex hulls", ACM Transactions on Mathematical
 /// Software 22, 1996. Exact signs: Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
@@ -17,13 +18,13 @@ pub(crate) struct QuickHull {
     facets: Vec<Facet>,
     /// Facets that had points outside when they were made.
     pending: Vec<u32>,
-    /// The point after each in its facet's list of points outside.
+    /// For each point, the next one in its facet's list of outside points.
     next: Vec<u32>,
     seen: Vec<u32>,
     rim: Vec<RimEdge>,
-    /// The new facet on the rim's edge that begins at a vertex.
+    /// For each vertex, the new facet on the rim's edge that begins there.
     facet_from: Vec<u32>,
-    /// How many eyes have asked.
+    /// Number of searches for seen facets so far.
     asked: u32,
 }
 
@@ -38,8 +39,8 @@ struct RimEdge {
 }
 
 impl QuickHull {
-    /// Takes the hull of finite points, at most 2^32 - 1; points up to `tolerance` outside may be left out.
-    /// False when the points are in one plane: then there is none.
+    /// Computes the hull of finite points, at most 2^32 - 1; points up to `tolerance` outside may be left
+    /// out. False when the points are in one plane: then there is none.
     pub(crate) fn build(&mut self, points: &[Vector3], tolerance: f64) -> bool {
         self.facets.clear();
         self.pending.clear();
@@ -72,7 +73,7 @@ impl QuickHull {
         self.facets.iter().filter(|facet| facet.is_alive)
     }
 
-    /// The four facets of a tetrahedron, of which the last vertex is above the first three.
+    /// Adds the four facets of a tetrahedron, whose last vertex is above the first three.
     fn begin(&mut self, [a, b, c, d]: [u32; 4], points: &[Vector3]) {
         // Each with its neighbours beyond its first, second and third edge.
         let facets =
@@ -80,7 +81,7 @@ impl QuickHull {
         self.facets.extend(facets.map(|(vertices, neighbors)| Facet::new(vertices, neighbors, points)));
     }
 
-    /// Hands a point to the first facet, from one on, that it is outside of.
+    /// Assigns a point to the first facet, from the index `from` on, that it is outside of.
     fn keep_outside(&mut self, from: usize, point: u32, points: &[Vector3], tolerance: f64) {
         for facet in &mut self.facets[from..] {
             let height = facet.height(points[point as usize]);
@@ -108,7 +109,7 @@ impl QuickHull {
         }
         own.outside = self.next[eye as usize];
         if !own.is_below(points[eye as usize], points) {
-            // The height was rounding, of a sliver.
+            // The height was a rounding error of a sliver.
             return self.pending.push(facet);
         }
         self.find_rim(facet, eye, points);
@@ -127,7 +128,7 @@ impl QuickHull {
         self.pending.extend(first_new as u32..self.facets.len() as u32);
     }
 
-    /// Finds the facets that an eye sees, from one of them on, and the edges around them.
+    /// Finds the facets that a point (the eye) sees, starting from one of them, and the edges around them.
     fn find_rim(&mut self, first: u32, eye: u32, points: &[Vector3]) {
         self.asked += 1;
         self.seen.clear();
@@ -152,7 +153,7 @@ impl QuickHull {
         }
     }
 
-    /// Whether an eye sees a facet; one that it is the first time asked of goes to the list of the seen.
+    /// Whether an eye sees a facet; a seen facet is added to `seen` when it is first tested.
     fn sees(&mut self, eye: u32, facet: u32, points: &[Vector3]) -> bool {
         let own = &mut self.facets[facet as usize];
         if own.asked != self.asked {
@@ -165,7 +166,7 @@ impl QuickHull {
         own.is_seen
     }
 
-    /// Adds the facets between an eye and the rim. That is a simple ring, so each of its vertices begins one
+    /// Adds the facets between an eye and the rim. The rim is a simple ring: each of its vertices begins one
     /// edge and ends one.
     fn close_rim(&mut self, eye: u32, points: &[Vector3]) {
         let first_new = self.facets.len() as u32;
@@ -226,7 +227,8 @@ mod tests {
 
     const TOLERANCE: f64 = 1e-9;
 
-    /// A closed surface, each edge once in each direction, without a hole, and convex: no point is above it.
+    /// Checks that the surface is closed (each edge once in each direction), without a hole, and convex: no
+    /// point is above it.
     fn check(points: &[Vector3]) {
         let mut hull = QuickHull::default();
         assert!(hull.build(points, TOLERANCE));
@@ -256,7 +258,7 @@ mod tests {
         for seed in 0..40 {
             let points = scattered(4 + 5 * seed as usize, seed);
             check(&points);
-            // On a sphere all are vertices; on a lattice most are on planes, lines or upon one another.
+            // On a sphere all are vertices; on a lattice most are on common planes or lines, or coincide.
             check(&points.iter().map(|p| p.map(|x| x / dot(*p, *p).sqrt())).collect::<Vec<_>>());
             let lattice: Vec<Vector3> = points.iter().map(|p| p.map(|x| (1.5 * x).round())).collect();
             if lattice.len() > 20 {

@@ -10,10 +10,10 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VertexGraph {
     vertices: Vec<Vector3>,
-    /// Where each vertex's neighbours begin, and the number of all at the end.
+    /// Index of each vertex's first neighbour, and the number of all neighbours at the end.
     starts: Vec<u32>,
     neighbors: Vec<u32>,
-    /// The number of each point as a vertex.
+    /// The vertex number of each point.
     numbers: Vec<u32>,
 }
 
@@ -52,7 +52,7 @@ impl VertexGraph {
         self.starts.insert(0, 0);
     }
 
-    /// The vertices; the hull is theirs.
+    /// The vertices of the hull.
     pub(crate) fn vertices(&self) -> &[Vector3] {
         &self.vertices
     }
@@ -64,8 +64,8 @@ impl VertexGraph {
         }
     }
 
-    /// The vertex that is farthest in a direction, and how far it is; `from` is where the search begins, a
-    /// number below that of the vertices.
+    /// The vertex that is farthest in a direction, and how far it is; `from` is the vertex at which the
+    /// search begins, a number below the count of vertices.
     ///
     /// A vertex none of whose neighbours is farther is the farthest of all, since the hull is convex.
     #[inline]

@@ -23,7 +23,7 @@ struct BorderPoint {
 }
 
 impl BorderPoints {
-    /// Takes the points with less than `min_points` neighbours out of the grid, which keeps the core points.
+    /// Takes the points with fewer than `min_points` neighbours out of the grid, which keeps the core points.
     pub(super) fn take_from(&mut self, grid: &mut Grid, neighbors: &[u32], min_points: u32) {
         self.points.clear();
         grid.retain(
@@ -41,8 +41,8 @@ impl BorderPoints {
         points: &[Point],
         min_points: u32,
     ) {
-        // No more border points than `min_points` are in a cell: only then can comparing one by one take
-        // long.
+        // A cell holds fewer than `min_points` border points: only when that is many can comparing points one
+        // by one take long.
         let tree = has_large_counts(min_points).then(|| {
             let labels = label_of_cell.iter().enumerate();
             let of_points =

@@ -43,8 +43,7 @@ impl Clusters {
             .map(|(label, _)| label)
     }
 
-    /// Indices of the points of a cluster, ascending; none for a label that is not given out. Looks at every
-    /// point.
+    /// Indices of the points of a cluster, ascending; none for a label that no cluster has. O(points).
     pub fn members(&self, label: u32) -> impl Iterator<Item = usize> + '_ {
         self.labels.iter().enumerate().filter(move |(_, own)| **own == Some(label)).map(|(index, _)| index)
     }

@@ -7,7 +7,7 @@ use dymlm_core::{ConfigError, check_range};
 #[non_exhaustive]
 pub struct DbscanConfig {
     /// Largest distance between neighbours, metres, inclusive; 1e-6 to 1e6. Default 0.05: some ten pixels of
-    /// a 640x480 depth image at 2 m, and less than what usually parts two things in a room.
+    /// a 640x480 depth image at 2 m, and less than the usual gap between two things in a room.
     pub eps: f32,
     /// Neighbours that make a core point, the point itself counted (scikit-learn's `min_samples`); 1 to 1e9.
     /// Default 10: enough that the sparse stray pixels along depth edges do not bridge two surfaces.

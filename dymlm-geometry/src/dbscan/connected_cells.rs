@@ -15,7 +15,7 @@ pub(super) struct ConnectedCells {
 
 const NO_COMMON_ROOT: u32 = u32::MAX;
 
-/// Two cells lie this far apart: the greatest difference of their indices. Cells farther apart hold no points
+/// How far two cells lie apart: the greatest difference of their indices. Cells farther apart hold no points
 /// within eps of each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Distance {
@@ -26,9 +26,9 @@ enum Distance {
 impl ConnectedCells {
     /// Joins all cells that hold a pair of points, one each, within eps. The grid holds core points only.
     ///
-    /// Adjacent cells come first. Most blocks are joined by then, each in itself and with those that touch
-    /// it, which is found out at once; so it is among few blocks that near pairs have to be looked for in
-    /// cells two apart.
+    /// Adjacent cells come first. Most blocks are joined after that, each in itself and with the blocks that
+    /// touch it, and their common root shows this at once; so only few blocks have to be searched for near
+    /// pairs in cells two apart.
     pub(super) fn join(&mut self, grid: &Grid, squared_eps: f32) {
         self.joined.reset(grid.cell_count());
         self.common_roots.clear();

@@ -5,7 +5,7 @@ use crate::box_tree::BoxTree;
 use crate::parallel::{for_each, task_size};
 
 /// Counts the neighbours of each slot, itself among them: a slot holds a core point when its count reaches
-/// `min_points`; no other count says anything.
+/// `min_points`; lower counts mean nothing.
 pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, neighbors: &mut Vec<u32>) {
     neighbors.clear();
     neighbors.resize(grid.slot_count(), 0);
@@ -16,7 +16,7 @@ pub(super) fn count_neighbors(grid: &Grid, squared_eps: f32, min_points: u32, ne
         (counts, rest) = std::mem::take(&mut rest).split_at_mut(slots.len());
         counts
     };
-    // Points are compared one by one up to a number; where more are asked for, boxes of points are.
+    // For a small `min_points` points are compared one by one, for a large one boxes of points.
     let tree = has_large_counts(min_points).then(|| BoxTree::new(grid.run(0..grid.cell_count()).points()));
     let blocks_per_task = task_size(grid.block_count());
     let tasks = (0..grid.block_count()).step_by(blocks_per_task).map(|first| {
@@ -75,7 +75,8 @@ fn count_in_block(grid: &Grid, block: usize, squared_eps: f32, min_points: u32, 
     }
 }
 
-/// All points of a cell are neighbours. Returns whether no other points are left in the block.
+/// Settles cells of at least `min_points` points, which are all neighbours. Returns whether no other points
+/// are left in the block.
 fn settle_full_cells(grid: &Grid, block: usize, min_points: u32, counts: &mut [u32]) -> bool {
     let mut settled = true;
     let mut rest = counts;

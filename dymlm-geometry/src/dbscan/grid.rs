@@ -39,7 +39,7 @@ impl Grid {
     /// Sorts a cloud into cells.
     pub(super) fn build(&mut self, eps: f32, points: &[Point]) {
         // Shorter by 2^-20, so that neither a cell's border nor the test in f32, both good to some 2^-22,
-        // parts two points of a cell. Twice the side is more than eps.
+        // separates two points of a cell. Twice the side is more than eps.
         let side = f64::from(eps) / 3.0_f64.sqrt() * (1.0 - 1.0 / f64::from(1 << 20));
         let blocks = CubicLattice::new(2.0 * side);
         self.sort.sort(blocks, points);
@@ -174,8 +174,8 @@ impl Grid {
         Run::new([&self.x, &self.y, &self.z], slots)
     }
 
-    /// Keeps the points whose slots `keep` approves, and the cells that still hold some; calls `removed` for
-    /// each other point with its block and its index into the cloud, in the order of the slots.
+    /// Keeps the points for whose slots `keep` is true, and the cells that still hold some; calls `removed`
+    /// for each other point with its block and its index into the cloud, in the order of the slots.
     pub(super) fn retain(&mut self, keep: impl Fn(usize) -> bool, mut removed: impl FnMut(usize, u32)) {
         let (mut kept_cells, mut kept_slots) = (0, 0);
         for block in 0..self.block_count() {

@@ -2,8 +2,7 @@
 /// them.
 const MOST_ONE_BY_ONE: u32 = 512;
 
-/// Whether so many neighbours are asked for that points are not to be compared one by one: that would take
-/// O(`min_points` n).
+/// Whether `min_points` is too large for comparing points one by one, which would take O(`min_points` n).
 pub(super) fn has_large_counts(min_points: u32) -> bool {
     min_points > MOST_ONE_BY_ONE
 }

@@ -33,7 +33,7 @@ use grid::Grid;
 /// rules, and its labels.
 ///
 /// Two points are within eps when `dx * dx + dy * dy + dz * dz <= eps * eps`, evaluated in f32 in this order.
-/// Of a cloud of more than 2^32 - 1 points the rest is noise.
+/// Points after the first 2^32 - 1 are noise.
 ///
 /// # Algorithm
 ///
@@ -44,12 +44,12 @@ use grid::Grid;
 /// is a sorted list of blocks of eight cells, walked along its rows: no hash table, and memory of O(n) for
 /// any extent.
 ///
-/// Time is O(`min_points` n), less where cells are full. Where more than some hundred neighbours are asked
-/// for, and for pairs of crowded cells that just fail to touch, boxes of points are compared instead of
-/// points: O(n log n) on points that are equal, within eps of each other or hopelessly few, and less than
-/// O(n^2) on any (nobody knows a way with less than n^(4/3) in 3D: Gan, Tao: "DBSCAN revisited: mis-claim,
-/// un-fixability, and approximation", SIGMOD 2015). The same bits come out with feature `parallel`, on any
-/// number of threads.
+/// Time is O(`min_points` n), less where cells are full. When `min_points` is above some hundred, and for
+/// pairs of crowded cells that just fail to touch, boxes of points are compared instead of points: O(n log n)
+/// on points that are equal, within eps of each other or hopelessly few, and less than O(n^2) on any (no
+/// algorithm with less than n^(4/3) is known in 3D: Gan, Tao: "DBSCAN revisited: mis-claim, un-fixability,
+/// and approximation", SIGMOD 2015). The same bits come out with feature `parallel`, on any number of
+/// threads.
 ///
 /// Ester, Kriegel, Sander, Xu: "A density-based algorithm for discovering clusters in large spatial databases
 /// with noise", KDD 1996. Grid: Gunawan: "A faster algorithm for DBSCAN", TU Eindhoven 2013; de Berg,
@@ -84,7 +84,7 @@ pub struct DbscanScratch {
     numbering: Numbering,
 }
 
-/// A clone begins without buffers: nothing is in them between calls.
+/// A clone begins without buffers: their content does not matter between calls.
 impl Clone for DbscanScratch {
     fn clone(&self) -> Self {
         Self::default()
@@ -119,8 +119,8 @@ impl Dbscan {
     }
 
     /// Clusters a cloud into a caller's buffers, whose content does not matter. Allocates nothing once the
-    /// buffers have grown to the size of the clouds, but for boxes of crowds (and feature `parallel` for its
-    /// lists of tasks).
+    /// buffers have grown to the size of the clouds, except for boxes around crowded cells (and, with feature
+    /// `parallel`, for lists of tasks).
     pub fn cluster_into(&self, points: &[Point], scratch: &mut DbscanScratch, clusters: &mut Clusters) {
         let DbscanScratch { grid, neighbors, connected, border, numbering } = scratch;
         let squared_eps = self.config.eps * self.config.eps;
@@ -160,7 +160,7 @@ impl Numbering {
     }
 }
 
-/// From cells and border points to the labels of the cloud.
+/// Writes the labels of the cloud from those of cells and border points.
 fn write_labels(
     grid: &Grid,
     numbering: &Numbering,

@@ -1,6 +1,7 @@
 use std::ops::Range;
 
-/// Blocks of a lattice by rows: those of the same x and y, ascending by z; rows ascend by x, then y.
+/// Blocks of a lattice in rows: a row has the blocks of the same x and y, ascending by z; rows ascend by x,
+/// then y.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     /// The rows, and one more at the end that closes the last.
@@ -17,7 +18,7 @@ pub(super) struct Row {
 }
 
 impl Rows {
-    /// Sorts in blocks at ascending indices of x, then y, then z.
+    /// Takes blocks, which ascend by their indices of x, then y, then z.
     pub(super) fn fill(&mut self, blocks: impl Iterator<Item = [i32; 3]>) {
         self.rows.clear();
         self.block_z.clear();

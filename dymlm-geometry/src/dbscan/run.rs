@@ -7,7 +7,7 @@ use crate::box_tree::BoxTree;
 /// Points that lie side by side in the grid.
 ///
 /// Tests against a run take eight points at a time, without branches, which compiles to vector code. The last
-/// eight may reach beyond the run: its surplus is read but not counted.
+/// eight may reach beyond the run: the surplus is read but not counted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Run<'a> {
     x: &'a [[f32; LANES]],
@@ -53,12 +53,12 @@ impl<'a> Run<'a> {
 
     /// Whether any point lies within the distance of any point of another run.
     ///
-    /// Almost always one of the first points is near another. Where none is, of crowds, boxes of points are
-    /// compared.
+    /// Almost always one of the first points is near one of the other run. Where none is, and both runs are
+    /// long, boxes of points are compared.
     pub(super) fn any_pair_within(self, other: Self, squared_eps: f32) -> bool {
         const FEW: usize = 8;
         const FIRST: usize = 32;
-        /// Pairs that are compared in the time in which a point is put into a box.
+        /// Number of pairs that are compared in the time it takes to put one point into a box.
         const PAIRS: usize = 256;
         let (few, many) = if self.len() < other.len() { (self, other) } else { (other, self) };
         if few.len() <= FEW {
@@ -114,7 +114,7 @@ fn count_within_first(points: [&[f32; LANES]; 3], len: i32, point: Point, square
     count
 }
 
-/// Never more than to any point of the box, in f32 as well: rounding is monotone.
+/// Never more than the squared distance to any point of the box, in f32 as well: rounding is monotone.
 #[inline]
 fn squared_distance_to_box(point: Point, [min, max]: [Point; 2]) -> f32 {
     let [dx, dy, dz]: Point =

@@ -7,7 +7,7 @@ use super::rows::{Row, Rows};
 pub(super) struct TouchingBlocks {
     /// The first touching block of each row.
     first: [u32; 9],
-    /// How many there are, two bits a row.
+    /// Number of touching blocks of each row, two bits per row.
     counts: u32,
 }
 
@@ -34,7 +34,7 @@ impl RowOffset {
         Self { x: 1, y: 1 },
     ];
 
-    /// Those after the own row.
+    /// The rows after the own row.
     pub(super) const AFTER: [Self; 4] =
         [Self { x: 0, y: 1 }, Self { x: 1, y: -1 }, Self { x: 1, y: 0 }, Self { x: 1, y: 1 }];
 
@@ -89,7 +89,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Goes to any block at first, then always to the next.
+    /// Goes to a block: any block in the first call, then always the next one.
     fn go_to(&mut self, block: usize) {
         if block >= self.next_row_start {
             let row = if self.next_row == usize::MAX { self.enter(block) } else { self.next_row };

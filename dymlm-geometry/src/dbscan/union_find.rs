@@ -18,7 +18,7 @@ impl UnionFind {
         self.parents.extend((0..count as u32).map(AtomicU32::new));
     }
 
-    /// The root of an element's set; while others join, an element that was in the set.
+    /// The root of an element's set; while other threads join sets, some element of the set.
     #[inline]
     pub(super) fn root(&self, element: usize) -> usize {
         let mut element = element as u32;

@@ -62,7 +62,7 @@ struct Cut {
 struct GrowingTree<'a> {
     nodes: &'a mut [Node],
     paths: &'a mut [f32],
-    /// Of the stored tree.
+    /// Height of the stored tree.
     height: u32,
     /// Depth at which no more cuts are made.
     limit: u32,
@@ -116,7 +116,7 @@ fn range<const D: usize>(rows: &[[f32; D]], column: usize) -> (f32, f32) {
     })
 }
 
-/// Puts the rows that go to the left first, and says how many they are.
+/// Puts the rows that go to the left first, and returns their number.
 fn partition<const D: usize>(rows: &mut [[f32; D]], cut: Cut) -> usize {
     let mut left = 0;
     for place in 0..rows.len() {

@@ -9,15 +9,15 @@ use super::path_length::mean_path_length;
 pub struct IsolationTrees<const D: usize> {
     /// Cuts on the way to a leaf.
     pub(super) height: u32,
-    /// By tree 2^height nodes, of which the first is not used; the children of node i are 2 i and 2 i + 1.
+    /// 2^height nodes for each tree, of which the first is not used; node i has the children 2 i and 2 i + 1.
     pub(super) nodes: Vec<Node>,
-    /// By tree the path lengths of its 2^height leaves.
+    /// The path lengths of the 2^height leaves of each tree.
     pub(super) paths: Vec<f32>,
     /// c of the sample's size.
     pub(super) mean_path: f64,
 }
 
-/// A cut, or the way past one.
+/// A cut, or a node that sends all rows to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node {
     /// Rows with a greater key go to the right.
@@ -44,16 +44,16 @@ impl Node {
 /// A number whose order is that of the finite numbers: integers take fewer instructions to compare.
 #[inline]
 fn key(x: f32) -> u32 {
-    // 0 for -0, which is no less.
+    // Makes -0 the equal 0.
     let bits = (x + 0.0).to_bits();
     if bits >> 31 == 1 { !bits } else { bits | (1 << 31) }
 }
 
-/// Rows on their way at once: their steps do not wait for one another.
+/// Number of rows that descend at once: their steps do not wait for one another.
 const ROWS_AT_ONCE: usize = 8;
 
-/// Every tree has at least so many steps, which makes short work of samples up to the default size: their
-/// number is known when the program is compiled.
+/// Every tree has at least this many steps, which is fast for samples up to the default size: the number of
+/// steps is known at compile time.
 const COMMON_HEIGHT: u32 = 8;
 const COMMON_SIZE: usize = 1 << COMMON_HEIGHT;
 
@@ -76,7 +76,7 @@ impl<const D: usize> IsolationTrees<D> {
 
     /// The score of each row into a caller's buffer, whose content does not matter. Allocates nothing else.
     pub fn scores_into(&self, rows: &[[f32; D]], scores: &mut Vec<f64>) {
-        // So many rows and their sums stay in the fastest cache while all trees pass by.
+        // This many groups of rows and their sums stay in the fastest cache while all trees are evaluated.
         const BLOCK: usize = 32;
         scores.clear();
         scores.resize(rows.len(), 0.0);
@@ -125,8 +125,8 @@ struct Tree<'a> {
 }
 
 impl Tree<'_> {
-    /// Adds to each sum the length of its row's path. These are f32 of 1 and more, or 0: multiples of 2^-23,
-    /// so that the sums in f64 are exact and the order of trees does not matter.
+    /// Adds to each sum the length of its row's path. Lengths are f32 of 1 and more, or 0: multiples of
+    /// 2^-23, so that the sums in f64 are exact and the order of trees does not matter.
     #[inline]
     fn add_paths<const D: usize, const N: usize>(&self, keys: &[[u32; D]; N], sums: &mut [f64; N]) {
         let places = match self.nodes.first_chunk::<COMMON_SIZE>() {
@@ -139,7 +139,7 @@ impl Tree<'_> {
     }
 }
 
-/// From the root to below the last nodes.
+/// Descends from the root to below the last nodes.
 #[inline]
 fn common_descent<const D: usize, const N: usize>(
     nodes: &[Node; COMMON_SIZE],
@@ -155,7 +155,7 @@ fn common_descent<const D: usize, const N: usize>(
     places
 }
 
-/// The same in larger trees.
+/// [`common_descent`] in larger trees.
 #[inline]
 fn descent<const D: usize, const N: usize>(nodes: &[Node], height: u32, keys: &[[u32; D]; N]) -> [usize; N] {
     let mut places = [1_usize; N];
@@ -168,7 +168,7 @@ fn descent<const D: usize, const N: usize>(nodes: &[Node], height: u32, keys: &[
 }
 
 impl<const D: usize> IsolationTrees<D> {
-    /// Room for `trees` trees over samples of `rows` rows, in which every row goes to the left.
+    /// Makes room for `trees` trees over samples of `rows` rows; every row goes to the left at first.
     pub(super) fn reset(&mut self, trees: usize, rows: usize) {
         // Rows without columns are all equal.
         self.height = if D == 0 { 0 } else { height_limit(rows).max(COMMON_HEIGHT) };

@@ -22,7 +22,7 @@ impl Bounds {
         Some(Self { all_finite: false, ..bounds })
     }
 
-    /// The bounds of points that prove finite, four at a time in vector registers.
+    /// The bounds of points if all are finite, four at a time in vector registers.
     fn of_finite(points: &[Point]) -> Self {
         const LANES: usize = 12;
         let mut min = [f32::INFINITY; LANES];

@@ -4,10 +4,10 @@ use super::CubicLattice;
 use super::bounds::Bounds;
 use crate::finite::is_finite;
 
-/// Points whose keys are computed together, in vector registers.
+/// Number of points whose keys are computed together, in vector registers.
 pub(super) const TOGETHER: usize = 4;
 
-/// The integers from 2^52 to 2^53 are all the f64 there, and their low 52 bits count them.
+/// Between 2^52 and 2^53 the f64 are exactly the integers, and their low 52 bits count them.
 pub(super) const INTEGERS_FROM: u64 = 1 << 52;
 
 /// Numbers the cells of an extent along z, then y, then x: ascending keys are ascending x, then y, then z.
@@ -15,7 +15,7 @@ pub(super) const INTEGERS_FROM: u64 = 1 << 52;
 /// Keys are computed in f64, which holds the numbers of up to 2^52 cells.
 pub(super) struct CellKeys {
     lattice: CubicLattice,
-    /// Least index of each axis, an integer; as often as points are taken together.
+    /// Least index of each axis, an integer; repeated for each of the points computed together.
     base: [f64; 3 * TOGETHER],
     /// Number of keys from a cell to the next along each axis.
     stride: [f64; 3 * TOGETHER],

@@ -6,14 +6,14 @@ use super::cell_table::CellTable;
 use super::radix_sort::RadixSort;
 use super::{CellSort, CubicLattice};
 
-/// Points whose keys are computed before they are looked up; a run's number fits in a byte.
+/// Number of points whose keys are computed before they are looked up; a run's number fits in a byte.
 const BATCH: usize = 256;
 
 /// The lattice cells of a cloud's points, each with a number, and the order of the cells.
 ///
 /// Only the cells are sorted, not the points: a hash table numbers them in the order of the cloud, in which
 /// neighbouring numbers mostly belong to neighbouring cells. O(n + cells). Clouds too large for a packed key
-/// are sorted by [`CellSort`]. What follows the first 2^32 - 2 points is left out.
+/// are sorted by [`CellSort`]. Points after the first 2^32 - 2 are left out.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CellNumbers {
     /// The number of each point's cell.
@@ -116,13 +116,13 @@ struct Runs {
 }
 
 impl Runs {
-    /// Finds the runs of a batch; gives their count. No branch on what no processor could predict.
+    /// Finds the runs of a batch; returns their number. No branch depends on what a processor cannot predict.
     #[inline]
     fn find(&mut self, keys: &[u64]) -> usize {
         let Some(&first) = keys.first() else { return 0 };
         let (mut run, mut previous) = (0_u8, first);
         for (&key, of_point) in keys.iter().zip(&mut self.of_points) {
-            // At most 255 times: the first point begins none.
+            // At most 255 times: the first point adds none.
             run = run.wrapping_add(u8::from(key != previous));
             self.keys[usize::from(run)] = key;
             *of_point = run;

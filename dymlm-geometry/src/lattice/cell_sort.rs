@@ -11,11 +11,11 @@ use crate::finite::is_finite;
 /// The points of a cloud, sorted by lattice cell.
 ///
 /// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not
-/// finite are left out, and so is what follows the first 2^32 - 1 points.
+/// finite and points after the first 2^32 - 1 are left out.
 ///
-/// What is sorted is not points but *runs* of successive points in one cell: neighbouring pixels mostly share
-/// one. O(n): a radix sort on one packed key a run, or, where the extent is too large for a key of 32 bits,
-/// on the three indices one after the other.
+/// It sorts *runs* of successive points in one cell rather than points: neighbouring pixels mostly share a
+/// cell. O(n): a radix sort on one packed key per run, or, where the extent is too large for a key of 32
+/// bits, on the three indices one after the other.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CellSort {
     /// First point of each run, and the number of points at the end.
@@ -37,7 +37,7 @@ struct Extent {
     max_key: u32,
 }
 
-/// No cell has this key, which points that are not finite are given.
+/// The key of points that are not finite; no cell has it.
 const NOT_FINITE: u64 = u64::MAX;
 
 impl CellSort {
@@ -82,7 +82,7 @@ impl CellSort {
         self.run_starts[run] as usize..self.run_starts[run + 1] as usize
     }
 
-    /// Cuts the cloud where the key changes, without a branch on what no processor could predict.
+    /// Cuts the cloud where the key changes, without a branch on what a processor cannot predict.
     fn find_runs(&mut self, points: &[Point], key: impl Fn(&Point) -> u64) {
         self.run_starts.resize(points.len() + 1, 0);
         self.entries.resize(points.len(), 0);
@@ -106,7 +106,7 @@ impl CellSort {
 
     /// Least significant axis first; the sort is stable.
     fn sort_by_each_axis(&mut self, lattice: CubicLattice, points: &[Point]) {
-        // Each point a run of its own.
+        // Each point is a run of its own.
         self.run_starts.clear();
         self.run_starts.extend(0..=points.len() as u32);
         self.entries.clear();

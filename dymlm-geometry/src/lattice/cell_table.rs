@@ -1,13 +1,13 @@
 /// Numbers distinct keys from 1 in the order of their first appearance.
 ///
-/// An open-addressing hash table with linear probing, at most half full: O(1) expected a key.
+/// An open-addressing hash table with linear probing, at most half full: expected O(1) per key.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CellTable {
     /// Numbers, 0 in free places; a power of two of them.
     places: Vec<u32>,
     /// Key by number.
     keys: Vec<u64>,
-    /// What is left of a hash by shifting so far is a place.
+    /// Shifting a hash to the right by this many bits gives its place.
     shift: u32,
 }
 
@@ -21,8 +21,8 @@ const MULTIPLIER: u64 = 0x9E37_79B9_7F4A_7C15;
 const MIN_PLACES: usize = 1024;
 
 impl CellTable {
-    /// Forgets all keys. Places are kept unless far too many for `at_most` keys; at first they are enough for
-    /// one key in four.
+    /// Forgets all keys. Places are kept unless there are more than `at_most` keys need; at first there are
+    /// enough for a quarter of the keys.
     pub(super) fn clear(&mut self, at_most: usize) {
         let enough = at_most.saturating_mul(2).next_power_of_two();
         let known = if self.places.is_empty() { enough / 4 } else { self.places.len() };
@@ -38,7 +38,7 @@ impl CellTable {
         &self.keys
     }
 
-    /// The number of a key other than 2^64 - 2, a new one where there is none.
+    /// The number of a key other than 2^64 - 2, a new number for a new key.
     #[inline]
     pub(super) fn number(&mut self, key: u64) -> u32 {
         let mask = self.places.len() - 1;

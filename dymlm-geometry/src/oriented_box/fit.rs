@@ -7,7 +7,7 @@ use crate::finite::is_finite;
 use crate::minimum_area_rectangle::{MinimumAreaRectangleScratch, minimum_area_rectangle_with};
 use crate::principal_axes::PrincipalAxes;
 
-/// How [`fit_oriented_box`] turns the box.
+/// How [`fit_oriented_box`] orients the box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -20,16 +20,17 @@ pub enum BoxFit {
     /// [`minimum_area_rectangle`](crate::minimum_area_rectangle()), the longer first: the paper's eq. 7 and
     /// 8.
     MinimumRectangle,
-    /// The box of least volume, its sides by descending length; no direction need be known. Found within a
-    /// small fraction of a per cent of the least there is, by local searches from all over the rotations: no
-    /// bound is proven. Points in a plane, to rounding, have a
+    /// The box of least volume, its sides by descending length; no direction needs to be known. Local
+    /// searches from all over the rotations find it within a small fraction of a per cent of the least
+    /// volume; no bound is proven. Points in a plane, to rounding, get the
     /// [`MinimumRectangle`](Self::MinimumRectangle).
     ///
     /// O(n), the convex hull of the points that are not clearly inside (quickhull), and some thousands of
-    /// boxes around the hull, each from vertex to vertex of it.
+    /// boxes around the hull, each found by steps from vertex to vertex.
     MinimumVolume,
-    /// The same about a known direction, for example the normal of the plane that the thing stands on: it is
-    /// the box's third axis, whatever the points say. Of any length.
+    /// The [`MinimumRectangle`](Self::MinimumRectangle) about a known direction, for example the normal of
+    /// the plane that the thing stands on: that direction, of any length, is the box's third axis, whatever
+    /// the points say.
     Upright {
         /// Direction of the box's third axis.
         up: [f64; 3],
@@ -40,10 +41,9 @@ pub enum BoxFit {
 /// direction where one is asked for, or when the points are more than [`OrientedBox::MAX_LENGTH`] apart.
 ///
 /// The box [`contains`](OrientedBox::contains) every finite point: its lengths are rounded up, by some 1e-15
-/// of the coordinates. Of the first two axes, the component of greatest magnitude is positive; with
-/// [`Upright`](BoxFit::Upright) this is so for the first. The axes are right-handed. Points at one place, on
-/// a line or in a plane have boxes without length, width or height. Points that are not finite are passed
-/// over.
+/// of the coordinates. The component of greatest magnitude is positive in the first two axes, with
+/// [`Upright`](BoxFit::Upright) in the first. The axes are right-handed. Points at one place, on a line or in
+/// a plane have boxes without length, width or height. Points that are not finite are skipped.
 ///
 /// O(n), and the convex hull of the footprint.
 ///
@@ -142,13 +142,13 @@ fn around(points: &[Point], origin: Vector3, axes: [Vector3; 3]) -> Option<Orien
     OrientedBox::new(world_from_box, rounded_up(lengths, center)).ok()
 }
 
-/// Points that are taken together, and one by one when one of them is not finite.
+/// Number of points that are taken together; where one of them is not finite, they are taken one by one.
 const BLOCK: usize = 256;
 
-/// Points side by side in vector registers.
+/// Number of points side by side in vector registers.
 const LANES: usize = 2;
 
-/// The least and the greatest of finite points along three axes.
+/// The least and the greatest coordinates of finite points along three axes.
 #[derive(Clone, Copy)]
 struct Range {
     min: Vector3,
@@ -183,7 +183,7 @@ impl Range {
     }
 }
 
-/// The same of each lane's points, and sums that are 0 when all are finite.
+/// The [`Range`] of each lane's points, and sums that are 0 when all points are finite.
 #[derive(Clone, Copy)]
 struct Lanes {
     min: [[f64; LANES]; 3],
@@ -238,8 +238,8 @@ fn greatest<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     std::array::from_fn(|i| if b[i] > a[i] { b[i] } else { a[i] })
 }
 
-/// Lengths that hold against the rounding of the pose and of its application to the points, of which each is
-/// some units in the last place of the greatest coordinate.
+/// Lengths enlarged by the rounding of the pose and of its application to the points; each rounding is some
+/// units in the last place of the greatest coordinate.
 fn rounded_up(lengths: Vector3, center: Vector3) -> Vector3 {
     const ROUNDINGS: u8 = 16;
     let greatest = lengths.into_iter().chain(center.map(f64::abs)).fold(0.0, f64::max);
@@ -247,7 +247,7 @@ fn rounded_up(lengths: Vector3, center: Vector3) -> Vector3 {
 }
 
 fn direction(vector: Vector3) -> Option<Vector3> {
-    // The greatest component first, so that squares neither overflow nor vanish.
+    // Scaled by the greatest component first, so that squares neither overflow nor vanish.
     let greatest = vector.into_iter().fold(0.0, |greatest: f64, x| greatest.max(x.abs()));
     let scaled = vector.map(|x| x / greatest);
     let length = norm(scaled);

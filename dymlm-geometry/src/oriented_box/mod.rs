@@ -7,8 +7,8 @@ pub use fit::{BoxFit, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_wit
 
 use dymlm_core::Pose;
 
-/// A box in space: where its own frame stands, and how long it is along that frame's axes. Its frame's origin
-/// is its centre.
+/// A box in space: the pose of its own frame, whose origin is the box's centre, and its lengths along that
+/// frame's axes.
 ///
 /// Boxes may be flat (a length of zero): they have corners and contain points, and volume zero.
 ///
@@ -32,7 +32,7 @@ pub struct OrientedBox {
     lengths: [f64; 3],
 }
 
-/// Full lengths that no box has.
+/// Full lengths that no box can have.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("no box: full lengths {lengths:?} m, each must be within 0..={}", OrientedBox::MAX_LENGTH)]
 #[non_exhaustive]
@@ -71,7 +71,8 @@ impl OrientedBox {
         Self::new(frame, lengths)
     }
 
-    /// The smallest box along the axes around some boxes; `None` of none, or when they are too far apart.
+    /// The smallest box along the axes around some boxes; `None` when there are none, or when they are too
+    /// far apart.
     ///
     /// ```
     /// use dymlm_geometry::OrientedBox;
@@ -125,7 +126,8 @@ impl OrientedBox {
         })
     }
 
-    /// Whether a point lies in the box or, to rounding, on its surface; a point that is not finite does not.
+    /// Whether a point lies in the box or, to rounding, on its surface; a point that is not finite is
+    /// outside.
     pub fn contains(&self, point: [f64; 3]) -> bool {
         let local = self.world_from_box.inverse().transform_point(point);
         (0..3).all(|axis| local[axis].abs() <= 0.5 * self.lengths[axis])
@@ -137,7 +139,7 @@ impl OrientedBox {
         Self { world_from_box: *a_from_b * self.world_from_box, lengths: self.lengths }
     }
 
-    /// The box with a rim on every side, metres; a negative one takes away.
+    /// The box enlarged by a rim on every side, metres; a negative rim makes it smaller.
     ///
     /// ```
     /// use dymlm_core::Pose;

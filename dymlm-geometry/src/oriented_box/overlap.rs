@@ -45,8 +45,8 @@ fn length(vector: [f64; 3]) -> f64 {
     vector.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-/// Corners of a box in another's frame, in the order of [`OrientedBox::corners`]; `None` when their spheres
-/// do not meet.
+/// Corners of a box in another's frame, in the order of [`OrientedBox::corners`]; `None` when the spheres
+/// around the boxes do not meet.
 fn corners_in(own: &OrientedBox, other: &OrientedBox) -> Option<[[f64; 3]; 8]> {
     // Far from the origin, centres are compared before anything is multiplied.
     let (from, to) = (other.center(), own.center());

@@ -1,15 +1,15 @@
-/// Vertices made while a box is clipped six times: two boxes need 68, rounding may add to it.
+/// Most vertices made while a box is clipped six times: two boxes need 68, rounding may add more.
 const MOST_VERTICES: usize = 96;
-/// Faces: two boxes need 12.
+/// Most faces: two boxes need 12.
 const MOST_FACES: usize = 24;
-/// Corners of a face: two boxes need 11.
+/// Most corners of a face: two boxes need 11.
 const MOST_CORNERS: usize = 23;
 
 /// A convex polyhedron as a closed surface of faces that share vertices.
 ///
-/// A vertex is inside or outside a half space once and for all its faces, and neighbours cut an edge at one
-/// and the same new vertex. So the surface stays closed whatever rounding decides about vertices on the
-/// clipping plane, and the volume is wrong by no more than rounding, where boxes share planes too.
+/// Whether a vertex is inside a half space is decided once for all its faces, and neighbouring faces cut an
+/// edge at the same new vertex. So the surface stays closed whatever rounding decides about vertices on the
+/// clipping plane, and the volume is wrong by no more than rounding, even where boxes share planes.
 #[derive(Debug, Clone)]
 pub(super) struct Polyhedron {
     vertices: [[f64; 3]; MOST_VERTICES],
@@ -32,11 +32,11 @@ struct CutEdge {
     outside: u8,
     /// The vertex on the plane.
     vertex: u8,
-    /// The next such vertex round the new face.
+    /// The next such vertex around the new face.
     next: u8,
 }
 
-/// Edges cut by one plane: at most all that two boxes' intersection has.
+/// Edges cut by one plane: the corners of the new face.
 #[derive(Debug)]
 struct CutEdges {
     edges: [CutEdge; MOST_CORNERS],
@@ -71,7 +71,7 @@ impl Polyhedron {
         if heights[..self.vertex_count].iter().all(|&height| height <= 0.0) {
             return;
         }
-        // What is kept of a face takes its place, or that of one before it that went.
+        // The kept part of a face takes its place, or the place of an earlier face of which nothing was kept.
         let given = std::mem::take(&mut self.face_count);
         let mut cut = CutEdges::new();
         for index in 0..given {
@@ -80,14 +80,14 @@ impl Polyhedron {
             self.clip_face(&face, &heights, &mut kept, &mut cut);
             self.push(kept);
         }
-        // On the plane its equation holds exactly.
+        // For vertices on the plane, its equation holds exactly.
         for edge in &cut.edges[..cut.count] {
             self.vertices[usize::from(edge.vertex)][axis] = side * limit;
         }
         cut.for_each_ring(|ring| self.push(ring));
     }
 
-    /// A face's part inside, its cut edges noted.
+    /// Clips a face to its part inside, and notes its cut edges.
     fn clip_face(
         &mut self,
         face: &Face,
@@ -98,7 +98,7 @@ impl Polyhedron {
         let vertices = face.corners();
         let is_inside = |vertex: u8| heights[usize::from(vertex)] <= 0.0;
         let Some(start) = vertices.iter().position(|&vertex| is_inside(vertex)) else { return };
-        // From a vertex inside round to itself: each way out is followed by a way in.
+        // Around the face, from a vertex inside back to itself: each way out is followed by a way in.
         let round = vertices[start..].iter().chain(&vertices[..=start]).copied();
         let mut way_out = 0;
         for (from, to) in round.clone().zip(round.skip(1)) {
@@ -109,7 +109,7 @@ impl Polyhedron {
                     kept.push(cut.edges[way_out].vertex);
                 }
                 (false, true) => {
-                    // The new face runs along this one the other way.
+                    // The new face runs along this one in the opposite direction.
                     let way_in = self.cut_edge(to, from, heights, cut);
                     cut.edges[way_in].next = cut.edges[way_out].vertex;
                     kept.push(cut.edges[way_in].vertex);

@@ -12,7 +12,7 @@ pub struct BoxCluster {
     pub outside: usize,
     /// Samples at the end of the margin whose surface goes on beyond it.
     pub cut: usize,
-    /// Mean depth of the samples in the box, metres; of all when none is in the box.
+    /// Mean depth of the samples in the box, metres; of all samples when none is in the box.
     pub depth: f32,
     /// Least column and row of the samples in the box, and greatest.
     cells: [[u32; 2]; 2],
@@ -43,7 +43,7 @@ impl BoxCluster {
         self.cut += usize::from(sample.is_cut);
         if !sample.is_in_box {
             self.outside += 1;
-            // The depth of those outside counts only where none is inside.
+            // The depth of samples outside counts only where none is inside.
             self.depth += if self.inside == 0 { sample.point[2] } else { 0.0 };
             return;
         }

@@ -45,7 +45,8 @@ pub struct BoxSegmenter {
     scores: Vec<f32>,
 }
 
-/// Radius of DBSCAN in the image, in distances between samples: two, and the diagonals among them.
+/// Radius of DBSCAN in the image, in distances between samples: two along an axis, and the diagonals within
+/// that are reached, such as (2, 1).
 const EPS_SAMPLES: f32 = 2.5;
 /// Neighbours that make a core sample, itself counted: those that a strip one sample wide has within the
 /// radius, such as a leg seen through the slats of a chair.
@@ -116,8 +117,8 @@ impl BoxSegmenter {
         labelled.filter_map(|(&sample, label)| label.map(|label| (sample as usize, label as usize)))
     }
 
-    /// The cluster of the highest score: the sum over its samples in the box of `weight`, times `factor` of
-    /// itself. The first of equals; `None` when no score is positive.
+    /// The cluster with the highest score: the sum of `weight` over its samples in the box, times the
+    /// cluster's `factor`. The first one among equals; `None` when no score is positive.
     pub fn best(
         &mut self,
         grid: &SampleGrid,

@@ -9,18 +9,19 @@ use dymlm_core::{ConfigError, check_range};
 pub struct SegmentationConfig {
     /// Least distance between samples, pixels, 1..=64. Default 1.
     pub spacing: f32,
-    /// Most samples of a box and its margin, 16..=1000000: the spacing grows until they suffice. Default
+    /// Most samples of a box and its margin, 16..=1000000: the spacing grows until there are no more. Default
     /// 20000.
     pub max_samples: usize,
     /// How far around the box samples are taken, pixels, 0..=640. Default 6.
     pub margin: f32,
-    /// The same as a share of the box's longer side, 0..=1; the greater margin counts. Default 0.15.
+    /// The margin as a share of the box's longer side, 0..=1; the greater of the two margins counts. Default
+    /// 0.15.
     pub margin_share: f32,
     /// Whether a sample is the mean of the readings around its pixel rather than that reading alone. Default
     /// true.
     pub is_smoothed: bool,
-    /// Radius of DBSCAN in depth besides what noise and slope ask for, metres, 0..=1. Default 0.02; single
-    /// readings of a coarse grid need less.
+    /// Radius of DBSCAN in depth, in addition to what noise and slope require, metres, 0..=1. Default 0.02;
+    /// single readings of a coarse grid need less.
     pub eps_depth: f32,
 }
 

@@ -11,11 +11,13 @@ pub(super) struct DepthRadius {
     pub(super) least: f32,
 }
 
-/// Deviations of noise: those of a sample's neighbours add up to clusters, so two are as good as three.
+/// Standard deviations of noise in the radius: chains of neighbours form the clusters, so two are as good as
+/// three.
 const SIGMAS: f32 = 2.0;
-/// Greatest slope of a surface against the image, as a tangent: 54 degrees. 2 joins people who sit with the
-/// desk before them: `evaluate --quick` falls below its limits for the sitting sequence (accuracy of what
-/// moves 76 to 65 %). A lower value parts surfaces that are seen at a grazing angle.
+/// Greatest slope of a surface against the image, as a tangent: 54 degrees. A value of 2 joins people who sit
+/// with the desk before them: `evaluate --quick` falls below its limits for the sitting sequence (the
+/// accuracy of what moves falls from 76 to 65 %). A lower value splits surfaces that are seen at a grazing
+/// angle.
 const SLOPE: f32 = 1.4;
 
 impl DepthRadius {
@@ -35,13 +37,13 @@ pub(super) struct DepthScale {
     sums: Vec<f32>,
 }
 
-/// Tabulated depths a metre: the noise hardly changes in between.
+/// Tabulated depths per metre: the noise hardly changes in between.
 const STEPS_PER_METRE: u16 = 50;
-/// Tabulated depths: up to 20 m. The radius stays as it is beyond.
+/// Number of tabulated depths: up to 20 m. Beyond, the radius stays constant.
 const STEPS: usize = 1000;
 
 impl DepthScale {
-    /// Makes the scale that of a radius.
+    /// Computes the scale for a radius.
     pub(super) fn set(&mut self, radius: &DepthRadius) {
         if self.radius.as_ref() == Some(radius) {
             return;

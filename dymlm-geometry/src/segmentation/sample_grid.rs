@@ -53,18 +53,18 @@ impl<'a> BoxView<'a> {
 }
 
 /// Samples on a grid over a box and a margin around it
-/// ([`BoxSegmenter::sample`](crate::BoxSegmenter::sample)), one a cell of `stride` pixels a side, at its
-/// middle pixel.
+/// ([`BoxSegmenter::sample`](crate::BoxSegmenter::sample)), one per cell of `stride` pixels a side, at the
+/// cell's middle pixel.
 ///
-/// A buffer to keep: filled again for each box, it allocates only to grow.
+/// A buffer to reuse: filled again for each box, it allocates only to grow.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct SampleGrid {
     /// Pixels from one sample to the next.
     pub stride: usize,
-    /// Cells side by side.
+    /// Number of cells side by side.
     pub columns: usize,
-    /// Cells one above the other.
+    /// Number of cells one above the other.
     pub rows: usize,
     /// Column and row of the first cell's first pixel.
     pub first: [usize; 2],
@@ -91,19 +91,19 @@ pub struct GridSample {
     pub row: u32,
     /// In the camera frame, metres.
     pub point: Point,
-    /// 1 at the centre of the box, 0 at its sides and outside. Towards a side that the image's border cuts it
-    /// stays as it is at the centre: the thing goes on beyond, and its own centre may be anywhere up to
-    /// there.
+    /// 1 at the centre of the box, 0 at its sides and outside. Towards a side that the image's border cuts,
+    /// it stays as at the centre: the thing goes on beyond the border, and its own centre may be anywhere up
+    /// to it.
     pub centrality: f32,
     /// Whether its pixel is in the box.
     pub is_in_box: bool,
     /// Whether its pixel is in the box or within the usual error of a detector's box around it.
     pub is_beside_box: bool,
-    /// Whether the margin ends beside it, and its surface goes on beyond.
+    /// Whether the margin ends beside the sample, and the sample's surface goes on beyond.
     pub is_cut: bool,
 }
 
-/// No sample: what [`SampleGrid::sample_at`] answers for a cell without one.
+/// No sample: what [`SampleGrid::sample_at`] returns for a cell without one.
 pub const NO_SAMPLE: u32 = u32::MAX;
 
 /// How far from a thing's end a detector's side usually is: 3 % of the box and a pixel.
@@ -224,7 +224,7 @@ impl SampleGrid {
         if inside { self.cells[row as usize * self.columns + column as usize] } else { NO_SAMPLE }
     }
 
-    /// The box around some of the samples that lie in the box, pixels; `None` of none.
+    /// The box around some of the samples, pixels; `None` when there are none.
     pub fn bounds<'a>(&self, samples: impl IntoIterator<Item = &'a GridSample>) -> Option<BoundingBox> {
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
         for sample in samples {
@@ -251,8 +251,8 @@ fn widened(own: &BoundingBox, x: f32, y: f32) -> BoundingBox {
     BoundingBox::try_from(sides).unwrap_or(*own)
 }
 
-/// Mean of the static readings around a pixel that can be of its surface: their noise divided by three or
-/// more, and unbiased on slopes, since places are averaged with depths.
+/// Mean of the static readings around a pixel that can be of its surface: it has their noise divided by three
+/// or more, and no bias on slopes, since pixels are averaged with depths.
 fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     let camera = view.camera;
     let (width, height) = (camera.width(), camera.height());
@@ -278,7 +278,8 @@ fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     camera.back_project(pixel, f64::from(sum_z / count)).map(|c| c as f32)
 }
 
-/// A parabola over the extent of a box along one axis; level from the centre to a side that the image cuts.
+/// A parabola over the extent of a box along one axis; constant from the centre to a side that the image
+/// cuts.
 fn centrality(at: f32, [low, high]: [f32; 2], image_size: usize) -> f32 {
     let x = (2.0 * at - low - high) / (high - low);
     let is_cut = if x < 0.0 { low <= 0.0 } else { high >= image_size as f32 };

@@ -11,7 +11,7 @@ fn best(weights: &[Vec<i64>], row: usize, used: u32) -> i64 {
     best(weights, row + 1, used).max(with.unwrap_or(0))
 }
 
-/// The sum of the pairs; no pair is worthless and no column has two rows.
+/// The sum of the pairs' weights; checks that no pair has weight 0 and no column has two rows.
 fn total(weights: &[Vec<i64>], partners: &[Option<usize>]) -> i64 {
     let mut seen = std::collections::BTreeSet::new();
     let worth = |(row, column): (usize, &Option<usize>)| {
@@ -65,8 +65,8 @@ fn nothing_to_assign_and_extreme_weights_are_harmless() {
     assert_eq!(assignment.solve(2, 1, |_, _| i64::MAX), [Some(0), None]);
 }
 
-/// The plain algorithm: columns one by one, previous columns noted. Which of several best choices wins is a
-/// matter of its order, and must stay.
+/// The plain algorithm: columns one by one, with the column before each noted. Its order decides which of
+/// several best choices wins, and this must stay.
 fn plain(rows: usize, columns: usize, weight: &dyn Fn(usize, usize) -> i64) -> Vec<Option<usize>> {
     let transposed = rows > columns;
     let (few, many) = if transposed { (columns, rows) } else { (rows, columns) };
@@ -121,7 +121,7 @@ fn plain(rows: usize, columns: usize, weight: &dyn Fn(usize, usize) -> i64) -> V
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
-    /// Few values, so that most sums are equal; at any scale, of which the greatest need integers.
+    /// Few different weights, so that most sums are equal; at any scale, of which the greatest need integers.
     #[test]
     fn of_equal_sums_the_same_one_wins_as_ever(
         sizes in proptest::collection::vec((0_usize..40, 0_usize..40), 1..4),
@@ -142,7 +142,7 @@ fn large_weights_of_many_pairs_are_exact() {
         |i: usize, j: usize| ((i as u64 * 7919 + j as u64 * 104_729) * 2_654_435_761 % (1 << 32)) as i64;
     let (mut small, mut large) = (Assignment::default(), Assignment::default());
     for size in [255, 256, 300] {
-        // One more unit decides between what are equal sums in f64.
+        // Single units decide between sums that are equal in f64.
         let weight = |i: usize, j: usize| Assignment::MAX_WEIGHT - random(i, j) % 1000;
         let expected = small.solve(size, size, |i, j| 1000 - random(i, j) % 1000).to_vec();
         assert_eq!(large.solve(size, size, weight), expected);

@@ -114,8 +114,8 @@ proptest! {
         prop_assert_eq!(clusters.labels(), by_definition(&points, 0.25, 4));
     }
 
-    /// Another order of the points renumbers clusters and may move border points, but parts core points and
-    /// noise alike.
+    /// Another order of the points renumbers clusters and may move border points, but divides core points and
+    /// noise in the same way.
     #[test]
     fn order_does_not_matter_to_core_points(points in clouds(), seed in any::<u64>()) {
         let (eps, min_points) = (0.25, 5);
@@ -185,7 +185,7 @@ fn crowds() -> impl Strategy<Value = Vec<Point>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Where many neighbours are asked for, and in crowded cells, boxes are compared instead of points.
+    /// For a large `min_points`, and in crowded cells, boxes are compared instead of points.
     #[test]
     fn equals_the_definition_on_crowds(
         points in crowds(),

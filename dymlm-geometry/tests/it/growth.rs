@@ -1,5 +1,5 @@
-//! Clouds that are made to be slow take time like others: shown by how it grows from one size to eight times
-//! that.
+//! Clouds that are made to be slow take no longer than others: shown by how the time grows from one size to
+//! eight times that size.
 use dymlm_core::{Point, SplitMix64};
 use dymlm_geometry::{
     BoxFit, Dbscan, DbscanConfig, StatisticalOutlierConfig, StatisticalOutlierRemoval, fit_oriented_box,
@@ -7,16 +7,16 @@ use dymlm_geometry::{
 use dymlm_test_support::growth;
 
 const SMALL: usize = 2_000;
-/// Below this, where spheres cut through crowds, the time still grows into that of large clouds.
+/// Used where spheres cut through crowds: below this size, the time grows faster than for large clouds.
 const SMALL_WHERE_CUT: usize = 8_000;
 const TIMES: usize = 8;
 /// n log n is 10.2 from one size to the other, n² 64.
 const MOST: f64 = 24.0;
-/// Where spheres of eps cut through crowds, and where cells are full of points a hair too far from those of
-/// another: nobody knows a way below n^(4/3), and boxes take up to n^(3/2) log n, which is 32.
+/// Where spheres of eps cut through crowds, and where cells are full of points slightly too far from those of
+/// another cell: no algorithm below n^(4/3) is known, and boxes take up to n^(3/2) log n, which is 32.
 const MOST_WHERE_CUT: f64 = 45.0;
 
-/// A cloud of each number of points.
+/// A cloud of each of the two sizes.
 fn pair(cloud: impl Fn(usize) -> Vec<Point>) -> [Vec<Point>; 2] {
     [SMALL, TIMES * SMALL].map(cloud)
 }
@@ -31,7 +31,7 @@ fn scattered(n: usize, scale: f32, offset: f32) -> Vec<Point> {
     (0..n).map(|_| [0; 3].map(|_| offset + scale * random.fraction() as f32)).collect()
 }
 
-/// Clouds that squared distances do not part, or of which one spot has many.
+/// Clouds whose points squared distances do not tell apart, or with many points at one spot.
 fn crowds() -> Vec<(&'static str, [Vec<Point>; 2])> {
     vec![
         ("equal", pair(|n| vec![[1.0, 2.0, 3.0]; n])),
@@ -63,7 +63,7 @@ fn outlier_removal_takes_n_log_n_on_crowds() {
     assert!(slow.is_empty(), "{slow:?}");
 }
 
-/// Two slanted sheets whose distance is a hair more than `eps`, both crowded.
+/// Two slanted sheets whose distance is slightly more than `eps`, both crowded.
 fn sheets(n: usize, eps: f32) -> Vec<Point> {
     let mut random = SplitMix64::new(8);
     let normal = [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0];
@@ -93,7 +93,7 @@ fn dbscan_does_not_compare_all_pairs_of_a_crowd() {
             .take(n)
             .collect()
     };
-    // Cells that do not touch, of few places each: the boxes around their points do.
+    // Cells with points at few places each, which do not touch; the boxes around their points do.
     let corners = |n: usize| -> Vec<Point> {
         let places = [[0.0, 0.0, 0.0], [0.02, 0.02, 0.0], [0.045, 0.0, 0.022], [0.065, 0.02, 0.022]];
         (0..n).map(|i| places[i % 4]).collect()
@@ -140,7 +140,7 @@ fn the_box_of_least_volume_takes_n_log_n() {
         };
         scattered(n, 1.0, -0.5).into_iter().enumerate().map(on_face).collect()
     };
-    // What is looked at first is in one plane, so nothing is known to be inside.
+    // The points sampled first are in one plane, so nothing is known to be inside.
     let flat_first = |n: usize| {
         let mut points = scattered(n, 1.0, -0.5);
         points.iter_mut().enumerate().filter(|(i, _)| i % 512 < 100).for_each(|(_, p)| p[2] = 0.0);

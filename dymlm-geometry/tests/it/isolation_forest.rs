@@ -109,7 +109,7 @@ proptest! {
             prop_assert_eq!(trees.score(row).to_bits(), score.to_bits());
             prop_assert!((0.0..=1.0).contains(score));
         }
-        // In any order, of any part.
+        // A row's score depends neither on the order of the rows nor on the other rows.
         let reversed: Vec<Point> = rows.iter().rev().copied().collect();
         let mut back = trees.scores(&reversed);
         back.reverse();
@@ -149,7 +149,7 @@ proptest! {
         }
     }
 
-    /// Cuts are drawn between the rows' least and greatest numbers, so scores do not know the units.
+    /// Cuts are drawn between the rows' least and greatest numbers, so scores do not depend on the units.
     #[test]
     fn scale_and_offset_are_no_matter(rows in prop::collection::vec(prop::array::uniform3(-8..8_i8), 2..300), exponent in -20..20_i32) {
         let plain: Vec<Point> = rows.iter().map(|row| row.map(f32::from)).collect();
@@ -159,8 +159,8 @@ proptest! {
     }
 }
 
-/// Two rows are always parted by the first cut: path 1 = c(2), score 1/2. Of three on a line, the last but
-/// far one is cut off first with a probability known in closed form.
+/// Two rows are always separated by the first cut: path 1 = c(2), score 1/2. Of three rows on a line, the far
+/// one is cut off first with a probability known in closed form.
 #[test]
 fn path_lengths_of_small_samples_are_those_of_the_definition() {
     let trees = forest(50, 2, 0).fit(&[[0.0], [1.0]]);

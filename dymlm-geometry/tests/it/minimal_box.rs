@@ -41,7 +41,8 @@ fn least_about(points: &[Point], axis: Vector) -> f64 {
 }
 
 /// The least volume by brute force: all directions of a lattice, and the best of them turned further in ever
-/// smaller steps. It shares no code with what it tests but the rectangle, and cannot be below the least.
+/// smaller steps. It shares only the rectangle's code with what it tests, and cannot be below the least
+/// volume.
 fn least_by_search(points: &[Point], per_side: i32) -> f64 {
     const REFINED: usize = 30;
     let step = 2.0 / f64::from(per_side);
@@ -146,7 +147,7 @@ proptest! {
     }
 }
 
-/// Clouds with the same hull as some shape, and more points than are taken as they are: all else is inside.
+/// Clouds with the same hull as a shape, and so many points inside it that inner points are dropped first.
 fn filled(shape: &[Point], count: usize, seed: u64) -> Vec<Point> {
     let mut random = SplitMix64::new(seed);
     let mut between = || {
@@ -168,7 +169,8 @@ proptest! {
     #[test]
     fn points_inside_do_not_matter(shape in shapes(), count in 2_100..20_000_usize, seed in 0..1000_u64) {
         let (bare, full) = (minimal(&shape), minimal(&filled(&shape, count, seed)));
-        // Points between the corners are rounded, and so may lie just outside: of a sheet 3 um thick that is 2 %.
+        // Points between the corners are rounded, and so may lie just outside: for a sheet 3 um thick that is
+        // 2 %.
         let rounding: f64 = bare.lengths().iter().map(|length| f64::from(f32::EPSILON) / length).sum();
         let difference = (full.volume() / bare.volume() - 1.0).abs();
         prop_assert!(difference < ALLOWED - 1.0 + rounding, "{} {}", full.volume(), bare.volume());
@@ -205,7 +207,7 @@ proptest! {
         }
     }
 
-    /// A box of points is found again, turned as it was: its corners, on its faces, or all through.
+    /// The box of points at the corners of a turned box, on its faces or all through it is that box.
     #[test]
     fn a_turned_box_is_found(
         lengths in prop::array::uniform3(0.05..2.0_f32),
@@ -233,8 +235,8 @@ proptest! {
     }
 }
 
-/// The least box of a regular tetrahedron is the cube of which its edges are face diagonals: no side of it
-/// lies on a face. On a face the box has twice the volume.
+/// The least box of a regular tetrahedron is the cube whose face diagonals are its edges: no side of the cube
+/// lies on a face. A box with a side on a face has twice the volume.
 #[test]
 fn the_box_of_a_tetrahedron_is_a_cube() {
     let corners: [Point; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
@@ -273,7 +275,7 @@ fn a_ball_has_a_box_of_its_diameter() {
     }
 }
 
-/// What is looked at first, some points of every few hundred, may say nothing about the others.
+/// The sample that is taken first, some points of every few hundred, may say nothing about the other points.
 #[test]
 fn a_sample_may_mislead() {
     let mut random = SplitMix64::new(6);

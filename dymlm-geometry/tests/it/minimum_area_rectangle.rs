@@ -156,7 +156,7 @@ proptest! {
         let others = |p: [f64; 2]| distinct.iter().copied().filter(|q| *q != p).collect::<Vec<_>>();
         let mut corners: Vec<_> = distinct.iter().copied().filter(|p| is_corner(*p, &others(*p))).collect();
         let hull = convex_hull(&points);
-        // Around its first corner, the leftmost and lowest, in the sense against the clock.
+        // Counter-clockwise from the first corner, the leftmost and lowest.
         prop_assert_eq!(hull[0], corners[0]);
         for i in 0..hull.len() {
             if hull.len() > 2 {
@@ -259,7 +259,7 @@ fn degenerate_clouds_have_plain_answers() {
     }
 }
 
-/// Where all areas are rounding, no edge may win by a negative one.
+/// Where all areas are only rounding, no edge may win by a negative area.
 #[test]
 fn a_line_that_rounding_bends_is_enclosed() {
     let bent = [

@@ -150,7 +150,7 @@ proptest! {
     #[test]
     fn far_away_boxes_overlap_as_near_ones(a in any_box(), b in any_box(), power in 0..13_i32) {
         let far = Pose::new([-2.0_f64.powi(3 * power), 2.0_f64.powi(2 * power), 1.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-        // The places themselves are rounded there.
+        // Coordinates that large are rounded themselves.
         let rounding = 2.0_f64.powi(3 * power) * f64::EPSILON * 20.0;
         let moved = a.transformed(&far).intersection_volume(&b.transformed(&far));
         prop_assert!((moved - a.intersection_volume(&b)).abs() < 1e-12 + rounding);
@@ -190,15 +190,15 @@ fn known_volumes() {
     let axis = [1.0, -1.0, 0.0];
     let on_corner = turned(axis, (1.0 / 3.0_f64.sqrt()).acos(), [0.0; 3], [1.0; 3]);
     close(on_corner.intersection_volume(&at([0.0, 0.0, 5.0], [10.0; 3])), 0.5);
-    // Its tip: of the three edges that meet in it, all are cut at one height h below; h^3 sqrt 3 / 2 is the
-    // tetrahedron.
+    // Its tip: the three edges that meet in it are all cut at a height h below it; the tetrahedron has volume
+    // h^3 sqrt 3 / 2.
     let (tip, h) = (0.5 * 3.0_f64.sqrt(), 0.2);
     close(
         on_corner.intersection_volume(&at([0.0, 0.0, tip - h + 5.0], [10.0; 3])),
         h.powi(3) * 3.0_f64.sqrt() / 2.0,
     );
 
-    // A rod through a cube along its diagonal of a face, longer than it.
+    // A rod through a cube along the diagonal of a face, longer than the diagonal.
     let rod = turned([0.0, 0.0, 1.0], std::f64::consts::FRAC_PI_4, [0.0; 3], [10.0, 0.01, 0.5]);
     close(cube.intersection_volume(&rod), 0.5 * (0.01 * 2.0_f64.sqrt() - 0.01 * 0.01 / 2.0));
 

@@ -66,7 +66,7 @@ proptest! {
     #[test]
     fn the_first_axes_point_to_positive_and_the_third_up(points in clouds(), fit in fits()) {
         let [x, y, z] = axes(&fit_oriented_box(&points, fit).unwrap());
-        // Of components that are equal but for rounding, either is the greatest.
+        // Of components that are equal but for rounding, any may be the greatest.
         let is_positive = |axis: [f64; 3]| {
             let greatest = axis.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
             axis.iter().any(|&x| x > greatest - 1e-12)
@@ -138,7 +138,7 @@ proptest! {
     }
 }
 
-/// A box of points is found again, turned as it was.
+/// The box around a turned grid of points is the grid's own box.
 #[test]
 fn a_turned_box_is_found() {
     let points: Vec<Point> = (0..11)

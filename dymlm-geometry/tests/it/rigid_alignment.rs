@@ -4,7 +4,7 @@ use dymlm_geometry::rigid_alignment;
 use proptest::prelude::*;
 
 /// Computed with numpy 2.4: `U, S, Vt = svd(cov)` of the centred pairs, `R = U diag(1, 1, det U det Vt) Vt`,
-/// for pairs of which no motion fits all.
+/// for pairs that no motion fits exactly.
 #[test]
 fn alignment_agrees_with_a_known_answer() {
     let in_b = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -118,7 +118,8 @@ fn degenerate_clouds_have_plain_answers() {
     let plane: Vec<Point> =
         (0..2500).map(|i| [0.01 * (i % 50) as f32, 0.01 * (i / 50) as f32, 1.0]).collect();
     let report = removal.apply(&plane);
-    // So many by Open3D's remove_statistical_outlier(21, 2.0): the rim has its neighbours on one side only.
+    // The number that Open3D's remove_statistical_outlier(21, 2.0) keeps: the rim has its neighbours on one
+    // side only.
     assert_eq!(report.inliers.len(), 2304);
     assert!((report.mean_distance - 0.02).abs() < 0.005, "{report:?}");
 }

@@ -1,4 +1,4 @@
-//! Detections in valid and invalid JSON lines and YOLO folders.
+//! Detections: JSON lines and YOLO folders, good and bad.
 use std::fs;
 use std::path::PathBuf;
 

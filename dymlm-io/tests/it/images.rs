@@ -1,4 +1,4 @@
-//! Colour images and depth images as files.
+//! Pictures and depth images as files.
 use std::fs;
 
 use dymlm_core::DepthImage;

@@ -1,4 +1,4 @@
-//! Map folders and atomic files are complete or absent, whatever happens while they are written.
+//! Map folders and atomic files: whole or not at all, whatever happens between.
 
 use std::fs;
 use std::io::{self, Read};

@@ -1,4 +1,4 @@
-//! Repeated saves into one folder: what is written, what is kept, and what a crash leaves.
+//! Saving into one folder again and again: what is written, what stays, and what a crash leaves.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Planes and objects are read from their files as they were written.
+//! Planes and objects come back from their files as they were.
 use dymlm_io::{
     Error, ObjectRecord, PlaneRecord, ShapeRecord, encode_objects, encode_planes, read_objects, read_planes,
     write_atomically,

@@ -1,5 +1,5 @@
-//! Real recordings, read when they are beside the repository (or where `DYMLM_DATA` says). `tum.rs`,
-//! `detections.rs` and `pcd.rs` test the same with synthetic data.
+//! Real recordings, read when they are beside the repository (or where `DYMLM_DATA` says); the synthetic
+//! counterparts are `tum.rs`, `detections.rs` and `pcd.rs`.
 use std::collections::BTreeSet;
 
 use dymlm_io::{DetectionFile, FrameBuffers, TumDataset, TumOptions, read_pcd};

@@ -1,4 +1,4 @@
-//! Trajectories: interpolation as scipy does it, round trips, invalid files.
+//! Trajectories: interpolation against scipy, round trips, bad files.
 use std::fs;
 
 use dymlm_core::Pose;

@@ -1,4 +1,4 @@
-//! A complete TUM dataset, and datasets with the faults that users' datasets have.
+//! TUM datasets: a whole one, and one spoilt in every way that users' datasets are.
 
 use std::fs;
 

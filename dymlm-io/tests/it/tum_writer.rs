@@ -1,4 +1,4 @@
-//! A dataset is read back as it was written.
+//! What is written as a dataset is read back as it was.
 use dymlm_core::{BoundingBox, ColorImage, DepthImage, Detection, Frame, PinholeCamera, Pose};
 use dymlm_io::{DetectionFile, Error, FrameBuffers, TumDataset, TumOptions, TumRecording, TumWriter};
 

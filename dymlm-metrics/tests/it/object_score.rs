@@ -1,4 +1,4 @@
-//! The score of objects, on maps with deliberate errors and known results.
+//! The score of objects on maps made wrong on purpose, each with the figure that it must give.
 use std::f64::consts::PI;
 
 use dymlm_core::Pose;

@@ -1,4 +1,4 @@
-//! The score of planes, on maps with deliberate errors and known results.
+//! The score of planes on maps made wrong on purpose, each with the figure that it must give.
 use dymlm_core::vector3::{cross, dot};
 use dymlm_core::{Plane, Pose};
 use dymlm_metrics::{EstimatedPlane, FaceState, Facing, PlaneScore, TrueFace, score_planes};

@@ -1,5 +1,4 @@
-//! The metrics against a stitched reference: in simple cases, against brute force, and on the recorded
-//! kitchen.
+//! The metrics against a stitched reference: by hand, by brute force, and on the recorded kitchen.
 use std::collections::{BTreeMap, HashMap};
 
 use dymlm_core::{DepthImage, Detection, Frame, Mask, PinholeCamera, Point, Pose};

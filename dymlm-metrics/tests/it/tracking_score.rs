@@ -1,4 +1,4 @@
-//! Scores of tracked boxes, with deliberate errors and against the figures of another tool.
+//! Scores of tracked boxes, made wrong on purpose and beside another tool's figures.
 use dymlm_core::BoundingBox;
 use dymlm_metrics::{IdentifiedBox, TrackingScore, TrackingScoreError, TrackingScorer};
 use proptest::prelude::*;

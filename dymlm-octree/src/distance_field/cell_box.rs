@@ -2,18 +2,18 @@ use std::array::from_fn;
 
 use crate::Extent;
 
-/// Cells along the three axes. Their indices go on beyond the map.
+/// A box of cells. It may reach beyond the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct CellBox {
-    /// Index of the first cell along each axis, 0 for the one whose lower corner is the world's origin.
+    /// Index of the first cell along each axis, 0 for the cell whose lower corner is the world's origin.
     pub(super) first: [i64; 3],
     /// Number of cells along each axis.
     pub(super) size: [usize; 3],
 }
 
 impl CellBox {
-    /// The cells whose centres surround each place of a region, two at least along an axis; `None` for a
-    /// region that is none or too far out.
+    /// The cells whose centres enclose every point of a region, at least two along each axis; `None` for a
+    /// region that ends before it begins, is not finite or lies too far out.
     pub(super) fn around(region: &Extent, resolution: f64) -> Option<Self> {
         let Extent { min, max } = *region;
         let is_near = |c: &f64| c.abs() / resolution < 1e9;
@@ -26,7 +26,7 @@ impl CellBox {
         Some(Self { first, size })
     }
 
-    /// With so many more cells on each side; `None` when their number is beyond counting.
+    /// The box with `cells` more cells on each side; `None` when their total number overflows a `u64`.
     pub(super) fn grown(&self, cells: usize) -> Option<Self> {
         let size = self.size.map(|side| side + 2 * cells);
         size.iter().try_fold(1_u64, |product, &side| product.checked_mul(side as u64))?;
@@ -37,7 +37,7 @@ impl CellBox {
         self.size.iter().map(|&side| side as u64).product()
     }
 
-    /// Place of a cell, given from the first on, in an array with x fastest.
+    /// Index in an array (x fastest) of the cell with these indices, counted from the first cell.
     #[inline]
     pub(super) fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         (z * self.size[1] + y) * self.size[0] + x

@@ -5,36 +5,37 @@ use super::transform::{Transform, cells_within};
 use crate::{Error, Extent, Octree, UnknownCells};
 
 /// Distances to the nearest obstacle in a box of the world, with their gradients: what trajectory optimizers
-/// ask thousands of times ([`Octree::distance_field`]).
+/// query thousands of times ([`Octree::distance_field`]).
 ///
-/// An obstacle is the centre of an occupied cell; on [request](UnknownCells::Stop) also of one never
-/// observed. Obstacles outside the box count too. At the centres of cells distances are exact, up to the
-/// greatest that is asked for; between them they are interpolated along the three axes, which changes them by
-/// less than 0.87 cells. A cell's nearest face is nearer than its centre by half a cell to 0.87 cells.
+/// An obstacle is the centre of an occupied cell; on [request](UnknownCells::Stop) also the centre of a cell
+/// never observed. Obstacles outside the box count too. Distances are exact at the centres of cells, up to
+/// the greatest distance asked for; between the centres they are interpolated trilinearly, which changes them
+/// by less than 0.87 cells. The nearest face of an obstacle's cell is nearer than its centre by half a cell
+/// to 0.87 cells.
 ///
-/// The field is a copy: it does not follow the octree. [`update`](Self::update) makes it anew in the same
-/// memory.
+/// The field is a snapshot: it does not follow the octree. [`update`](Self::update) computes it again in the
+/// same memory.
 #[derive(Debug, Clone)]
 pub struct DistanceField {
     region: Extent,
     resolution: f64,
     max_distance: f64,
-    /// The cells with a distance: the region's, and as many more as interpolation needs.
+    /// The cells with a distance: those of the region, and those that interpolation at its border needs.
     cells: CellBox,
-    /// Metres, by cells, x fastest.
+    /// Distance of each cell, metres, x fastest.
     distances: Vec<f32>,
     transform: Transform,
 }
 
-/// How far the nearest obstacle is, and where to.
+/// The distance to the nearest obstacle, and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Clearance {
-    /// Distance to the nearest obstacle, metres, at most the field's greatest.
+    /// Distance to the nearest obstacle, metres, at most the field's `max_distance`.
     pub distance: f64,
-    /// Its derivative along x, y, z: points away from the obstacle, with a length of about 1; 0 where nothing
-    /// is near, and within an obstacle of several cells.
+    /// Derivative of the distance along x, y, z: it points away from the obstacle and has a length of about
+    /// 1; it is 0 where no obstacle is within `max_distance`, and inside an obstacle of several cells.
     pub gradient: [f64; 3],
 }
 
@@ -42,12 +43,13 @@ impl Octree {
     /// Distances to the nearest obstacle, up to `max_distance` metres, at all places of a region (world,
     /// metres).
     ///
-    /// O(cells within `max_distance` of the region): 8 ms for 4 x 4 x 2 m and 0.5 m at 5 cm.
+    /// O(cells within `max_distance` of the region): 8 ms for a region of 4 x 4 x 2 m, a `max_distance` of
+    /// 0.5 m and cells of 5 cm.
     ///
     /// # Errors
     ///
     /// [`Error::Region`] when a corner is not finite or `max` is below `min`, when `max_distance` is not
-    /// positive, and when these are more than [`DistanceField::MAX_CELLS`].
+    /// positive, and when the region grown by `max_distance` has more than [`DistanceField::MAX_CELLS`].
     ///
     /// ```
     /// use dymlm_octree::{Extent, Octree, OctreeConfig, UnknownCells};
@@ -84,11 +86,11 @@ impl Octree {
 }
 
 impl DistanceField {
-    /// Most cells of a region and `max_distance` around it.
+    /// Greatest number of cells of a region grown by `max_distance` on all sides.
     pub const MAX_CELLS: u64 = 1 << 27;
 
-    /// Makes the field anew, of any octree and region; once its buffers have grown, nothing is allocated. See
-    /// [`Octree::distance_field`].
+    /// Computes the field again, for any octree and region; it allocates nothing once its buffers have grown.
+    /// See [`Octree::distance_field`].
     ///
     /// # Errors
     ///
@@ -109,7 +111,7 @@ impl DistanceField {
         self.transform.find_obstacles(map, &around, unknown);
         self.transform.measure(&around, [reach; 3], &mut self.distances);
         for distance in &mut self.distances {
-            // Squares of infinity stay infinite.
+            // The root of an infinite square is infinite; `min` bounds it.
             *distance = (f64::from(*distance).sqrt() * resolution).min(max_distance) as f32;
         }
         (self.region, self.resolution, self.max_distance, self.cells) =
@@ -123,7 +125,7 @@ impl DistanceField {
         if !(0..3).all(|axis| (min[axis]..=max[axis]).contains(&point[axis])) {
             return None;
         }
-        // In cells, from the centre of the first.
+        // In cells, from the centre of the first cell.
         let within: [f64; 3] =
             from_fn(|axis| point[axis] / self.resolution - 0.5 - self.cells.first[axis] as f64);
         let cell: [usize; 3] = from_fn(|axis| (within[axis] as usize).min(self.cells.size[axis] - 2));
@@ -143,12 +145,12 @@ impl DistanceField {
         Some(Clearance { distance, gradient: gradient.map(|c| c / self.resolution) })
     }
 
-    /// Where distances are known, world, metres.
+    /// The box in which distances are known, world, metres.
     pub fn region(&self) -> Extent {
         self.region
     }
 
-    /// The greatest distance that is told, metres.
+    /// The greatest distance that the field gives, metres.
     pub fn max_distance(&self) -> f64 {
         self.max_distance
     }

@@ -5,11 +5,11 @@ use super::transform::Transform;
 use crate::lattice::DEPTH;
 use crate::{CellState, Leaf, Octree, UnknownCells};
 
-/// The index of the cells whose lower side is the world's origin, in keys.
+/// Index, in keys, of the cells whose lower side is at the world's origin.
 const CENTER: i64 = 32768;
 
 impl Transform {
-    /// Notes which cells of a box are obstacles.
+    /// Marks the cells of a box that are obstacles.
     pub(super) fn find_obstacles(&mut self, map: &Octree, around: &CellBox, unknown: UnknownCells) {
         let is_unknown_obstacle = unknown == UnknownCells::Stop;
         self.obstacles.clear();
@@ -25,7 +25,7 @@ impl Transform {
 
     fn mark(&mut self, around: &CellBox, leaf: &Leaf, is_obstacle: bool) {
         let side = 1_i64 << (DEPTH - leaf.depth);
-        // The part of the leaf in the box, from and to.
+        // The part of the leaf inside the box, as ranges of indices.
         let [x, y, z] = from_fn(|axis| {
             let first = i64::from(leaf.key[axis]) - CENTER;
             let from = (first - around.first[axis]).max(0) as usize;

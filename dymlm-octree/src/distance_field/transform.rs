@@ -2,24 +2,24 @@ use std::array::from_fn;
 
 use super::cell_box::CellBox;
 
-/// Exact squared Euclidean distances, in cells, by one pass along each axis: in the first the cells are
-/// counted, in the others the lower envelope of parabolas is found (Felzenszwalb and Huttenlocher: "Distance
-/// transforms of sampled functions", Theory of Computing 8, 2012). Squares of whole numbers this small are
-/// exact in `f32`.
+/// Exact squared Euclidean distances, in cells, by one pass along each axis: the first counts cells, the
+/// others find the lower envelope of parabolas (Felzenszwalb and Huttenlocher: "Distance transforms of
+/// sampled functions", Theory of Computing 8, 2012). Squared distances are exact in `f32` up to 2^24, which
+/// is 4096 cells squared.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Transform {
     /// Which cells are obstacles, x fastest.
     pub(super) obstacles: Vec<bool>,
-    /// Squared distances along x in a layer across z.
+    /// Squared distances along x in one layer of equal z.
     layer: Vec<f32>,
-    /// The same after the pass along y, for all layers.
+    /// Squared distances after the pass along y, for all layers.
     layers: Vec<f32>,
     column: Vec<f32>,
     envelope: Vec<Parabola>,
 }
 
-/// A parabola of the envelope: where it has its lowest point and how high that is, and from where on it is
-/// the lowest.
+/// A parabola of the envelope: the index of its vertex, the vertex's height, and from where on this parabola
+/// is the lowest.
 #[derive(Debug, Clone, Copy)]
 struct Parabola {
     at: usize,
@@ -27,16 +27,16 @@ struct Parabola {
     from: f64,
 }
 
-/// How many cells along an axis are within a distance; `None` for one that is not positive or beyond
-/// counting.
+/// How many cells along an axis are within a distance; `None` for a distance that is not positive, or is 1e6
+/// cells or more.
 pub(super) fn cells_within(distance: f64, resolution: f64) -> Option<usize> {
     let cells = distance / resolution;
     (distance > 0.0 && cells < 1e6).then_some(cells as usize)
 }
 
 impl Transform {
-    /// Squared distances from the cells of a box without a margin of `reach` cells along each axis to its
-    /// obstacles, x fastest; those beyond the reach may be infinite.
+    /// Squared distances, in cells, from the cells of a box, without a margin of `reach` cells on each side,
+    /// to the obstacles of the whole box, x fastest; distances beyond the reach may be infinite.
     pub(super) fn measure(&mut self, around: &CellBox, reach: [usize; 3], squared: &mut Vec<f32>) {
         let Self { obstacles, layer, layers, column, envelope } = self;
         let [width, height, depth] = around.size;
@@ -64,7 +64,7 @@ impl Transform {
         }
     }
 
-    /// [`Self::measure`] in a rectangle of cells, x fastest.
+    /// [`Self::measure`] for a rectangle of cells, x fastest.
     pub(crate) fn measure_layer(
         &mut self,
         is_obstacle: impl Iterator<Item = bool>,
@@ -84,18 +84,18 @@ impl Transform {
     }
 }
 
-/// Room for so many numbers; what they are does not matter.
+/// Makes room for `len` numbers; their values do not matter.
 fn resize(numbers: &mut Vec<f32>, len: usize) {
     numbers.resize(len, 0.0);
 }
 
-/// Every `stride`-th number from one on.
+/// Every `stride`-th number, from the index `from` on.
 fn gather(numbers: &[f32], from: usize, stride: usize, column: &mut Vec<f32>) {
     column.clear();
     column.extend(numbers.get(from..).unwrap_or(&[]).iter().step_by(stride));
 }
 
-/// Squared distances along a row, of its cells without the margins.
+/// Squared distances along a row to its obstacles, for the cells between its margins.
 fn measure_row(row: &[bool], reach: usize, squared: &mut [f32]) {
     squared.fill(f32::INFINITY);
     if !row.contains(&true) {
@@ -133,7 +133,7 @@ fn find_envelope(heights: &[f32], envelope: &mut Vec<Parabola>) {
     }
 }
 
-/// The envelope's heights from an index on.
+/// Writes the envelope's heights from the index `first` on.
 fn write_envelope<'a>(envelope: &[Parabola], first: usize, out: impl Iterator<Item = &'a mut f32>) {
     let mut rest = envelope;
     for (index, out) in (first..).zip(out) {
@@ -150,7 +150,7 @@ fn write_envelope<'a>(envelope: &[Parabola], first: usize, out: impl Iterator<It
 }
 
 impl Parabola {
-    /// Where a parabola farther on becomes lower than this one.
+    /// Where a parabola with its vertex farther on becomes lower than this one.
     fn crossing(&self, at: usize, height: f32) -> f64 {
         let [own, other] = [self.at as f64, at as f64];
         let rise = f64::from(height) + other * other - f64::from(self.height) - own * own;

@@ -10,7 +10,7 @@ use crate::{Error, Octree, OctreeConfig};
 
 const FIRST_LINE: &str = "# Octomap OcTree binary file";
 
-/// What a node's two bits say of a child.
+/// The two bits that a node has for each child.
 const FREE: u16 = 0b01;
 const OCCUPIED: u16 = 0b10;
 const INNER: u16 = 0b11;
@@ -68,8 +68,8 @@ impl Octree {
         })
     }
 
-    /// [`Self::write_bt`] to a file: under another name in its folder first, so that an older file is
-    /// replaced by a whole one or stays.
+    /// [`Self::write_bt`] to a file. It is written under another name in the same folder, then renamed: an
+    /// older file either stays or is replaced by a complete one.
     ///
     /// # Errors
     ///
@@ -88,8 +88,8 @@ impl Octree {
     }
 }
 
-/// Two bits for each child, children 0 to 3 in the first byte, then those children that are no leaves. At
-/// most 16 calls deep.
+/// Writes two bits for each child, children 0 to 3 in the first byte, then the children that are not leaves.
+/// At most 16 calls deep.
 fn write_children(subtree: Subtree<'_>, writer: &mut impl Write) -> Result<(), Error> {
     let children: [Subtree<'_>; 8] = std::array::from_fn(|i| subtree.child(i as u8));
     let bits = children.iter().rev().fold(0, |bits, &child| {
@@ -137,7 +137,7 @@ fn read_children(
             nodes += 1;
         }
     }
-    // Children that are no leaves follow their parent's bits.
+    // Children that are not leaves follow their parent's bits.
     for i in (0..8).filter(|&i| kind(i) == INNER) {
         if let Some(child) = node.child(i) {
             nodes += 1 + read_children(reader, model, child, depth + 1)?;

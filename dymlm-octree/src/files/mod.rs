@@ -32,8 +32,8 @@ pub(crate) fn at(path: &Path) -> impl Fn(Error) -> Error {
     }
 }
 
-/// The map of a file: cell size and colours are the file's, all else is `config`'s. `read` fills the tree and
-/// counts its nodes.
+/// Reads the map of a file: cell size and colour mode come from the file, all else from `config`. `read`
+/// fills the tree and counts its nodes.
 fn read_tree(
     header: &Header,
     mut config: OctreeConfig,
@@ -57,7 +57,7 @@ fn load(path: &Path, read: impl FnOnce(BufReader<File>) -> Result<Octree, Error>
     read(BufReader::new(file)).map_err(at(path))
 }
 
-/// Writes a file so that it is there whole or not at all: beside its place, then renamed. When that fails, an
+/// Writes a file completely or not at all: under another name beside it, then renamed. When that fails, an
 /// older file stays as it was. Errors name the file.
 pub(crate) fn save(
     path: &Path,

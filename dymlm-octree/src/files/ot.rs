@@ -56,8 +56,8 @@ impl Octree {
         })
     }
 
-    /// [`Self::write_ot`] to a file: under another name in its folder first, so that an older file is
-    /// replaced by a whole one or stays.
+    /// [`Self::write_ot`] to a file. It is written under another name in the same folder, then renamed: an
+    /// older file either stays or is replaced by a complete one.
     ///
     /// # Errors
     ///
@@ -76,8 +76,8 @@ impl Octree {
     }
 }
 
-/// A node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that exists,
-/// then the children. At most 16 calls deep.
+/// Writes a node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that
+/// exists, then the children. At most 16 calls deep.
 fn write_node(subtree: Subtree<'_>, colored: bool, writer: &mut impl Write) -> Result<(), Error> {
     let kind = subtree.kind();
     let log_odds = match kind {

@@ -9,7 +9,8 @@ pub(crate) struct CellColors {
     sums: IntegerMap<ColorSum>,
     /// The cells in the order in which they were first hit.
     cells: Vec<Key>,
-    /// Neighbouring pixels mostly share a cell: a run of them is summed up before it is looked up.
+    /// Sum of the last readings, which share one cell. Neighbouring pixels mostly do: a run of them is summed
+    /// before its cell is looked up.
     run: Option<(Key, ColorSum)>,
 }
 

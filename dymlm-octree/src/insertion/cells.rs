@@ -13,7 +13,7 @@ pub(crate) enum Readings<'a> {
         points: &'a [Point],
         colors: Option<&'a [Rgb]>,
     },
-    /// All images of the camera's size.
+    /// All images have the camera's size.
     Depth {
         frame: &'a Frame,
         sensor: &'a SensorModel,
@@ -23,7 +23,7 @@ pub(crate) enum Readings<'a> {
     },
 }
 
-/// A box of cells, from and to including.
+/// A box of cells, both corners included.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds {
     min: Key,
@@ -31,7 +31,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// The part that rays can reach, `reach` cells far.
+    /// The part of the box that rays of `reach` cells can reach from the origin.
     pub(crate) fn within_reach(&self, origin: Key, reach: f64) -> ([i32; 3], [i32; 3]) {
         let reach = reach.min(65536.0).ceil() as i32 + 2;
         let origin = origin.map(i32::from);
@@ -42,7 +42,7 @@ impl Bounds {
     }
 }
 
-/// Points of a cloud that are looked at together.
+/// Number of points of a cloud that are handled together.
 const STRETCH: usize = 512;
 
 /// Finds the cells of readings: fills `hits` and `cut` of the scratch, and sums up colours. Returns the box
@@ -119,7 +119,7 @@ impl CellList<'_> {
         }
     }
 
-    /// The common case, a ray a cell: neighbouring pixels mostly share theirs.
+    /// The common case of one ray per cell. Neighbouring pixels mostly share a cell: only changes are added.
     fn add_changes(&mut self, row: &Row) {
         for (i, &change) in row.changes.iter().enumerate() {
             if change != 0 && row.indices[0][i] != NO_READING {

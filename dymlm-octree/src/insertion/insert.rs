@@ -7,7 +7,7 @@ use super::ray::RayOrigin;
 use super::sparse_marks::pack;
 use crate::{Error, Octree, RayMode};
 
-/// What became of a scan.
+/// What the insertion of a scan did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -16,7 +16,7 @@ pub struct InsertReport {
     pub readings: usize,
     /// Readings skipped because a coordinate is NaN or infinite.
     pub not_finite: usize,
-    /// Readings skipped because they lie outside the 65536 cells an axis of the map.
+    /// Readings skipped because they lie outside the map of 65536 cells along each axis.
     pub outside: usize,
     /// Rays followed.
     pub rays: usize,
@@ -34,11 +34,11 @@ impl Octree {
     /// origin to a reading passes before its end is missed once, and hits win over misses. Readings beyond
     /// the range miss the cells up to it.
     ///
-    /// `origin` (the sensor) and `points` are in the world, metres; both in single precision as OctoMap's,
-    /// the origin is rounded to it. The leaves afterwards are those of OctoMap's `insertPointCloud(points,
-    /// origin, max_range, lazy_eval = false, discretize)`, bit by bit, with `discretize` true for
-    /// [`RayMode::PerCell`] and false for [`RayMode::PerPoint`]. Points that are not finite or outside the
-    /// map are skipped and counted (`OctoMap` wraps them round to the other side).
+    /// `origin` (the sensor) and `points` are in the world, metres. Both are in single precision, as in
+    /// OctoMap: the origin is rounded to it. The leaves afterwards are those of OctoMap's
+    /// `insertPointCloud(points, origin, max_range, lazy_eval = false, discretize)`, bit by bit, with
+    /// `discretize` true for [`RayMode::PerCell`] and false for [`RayMode::PerPoint`]. Points that are not
+    /// finite or outside the map are skipped and counted (`OctoMap` wraps them round to the other side).
     ///
     /// Costs O(points + cells passed by rays + v / 64), where v is the number of cells in the box around the
     /// scan (not counted above 2^27 cells, where marks go to a hash map instead), and allocates nothing once
@@ -84,14 +84,15 @@ impl Octree {
         self.insert(&origin, &Readings::Points { points, colors })
     }
 
-    /// Inserts a depth frame: exactly [`Self::insert_scan`] of its back-projected readings within the
-    /// sensor's range, while those beyond [`max_depth`](SensorModel::max_depth) are cut there: their rays
-    /// free cells and hit nothing.
+    /// Inserts a depth frame. The back-projected readings within the sensor's range are inserted exactly as
+    /// by [`Self::insert_scan`]; readings beyond [`max_depth`](SensorModel::max_depth) are cut there: their
+    /// rays free cells and hit nothing.
     ///
     /// A reading is a pixel with a depth of at least [`min_depth`](SensorModel::min_depth) that is `true` in
-    /// `static_mask` (all are without one); any other pixel says nothing, neither of its surface nor of the
-    /// space before it. Back-projection is in single precision: within 1e-5 m of exact in a room. A frame
-    /// from outside the map says nothing: its readings are counted as [outside](InsertReport::outside).
+    /// `static_mask` (without a mask, every pixel is); any other pixel changes nothing, neither at its
+    /// surface nor in the space before it. Back-projection is in single precision: within 1e-5 m of exact in
+    /// a room. A frame taken from outside the map changes nothing: its readings are counted as
+    /// [outside](InsertReport::outside).
     ///
     /// # Errors
     ///
@@ -187,7 +188,7 @@ impl Octree {
         scratch.far.clear();
     }
 
-    /// Marks what a ray passes that hits nothing.
+    /// Marks the cells passed by a ray that hits nothing.
     fn mark_cut_ray<M: Marks>(
         &self,
         origin: &RayOrigin,

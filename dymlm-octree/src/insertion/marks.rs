@@ -6,7 +6,7 @@ pub(crate) trait Marks {
     /// Where a ray is.
     type Cursor: Copy;
 
-    /// Marks a cell as hit, and says whether it was not yet.
+    /// Marks a cell as hit; `true` when it was not marked before.
     fn hit(&mut self, key: Key) -> bool;
 
     /// A cursor at a cell, for a ray that goes upwards or downwards along each axis.

@@ -1,8 +1,8 @@
-//! Scans into cells: which cells does a scan hit, which do its rays pass, and the update of the map.
+//! Insertion of scans: finds the cells that a scan hits and those that its rays pass, and updates the map.
 //!
 //! A scan marks bits first (one for each cell hit, one for each cell passed) and changes the map afterwards,
-//! block by block. So a cell is updated once a scan, hits win over misses, and the map is searched once a
-//! block rather than once a cell.
+//! block by block. So a cell is updated once per scan, hits win over misses, and the map is searched once per
+//! block rather than once per cell.
 
 mod cell_colors;
 mod cells;

@@ -2,19 +2,20 @@ use dymlm_core::{Mask, PinholeCamera, Point, Pose, SensorModel};
 
 use crate::lattice::{Lattice, OUTSIDE};
 
-/// Index along x of a pixel without a reading; far from all that [`Lattice::indices`] finds, inside the map
-/// and outside.
+/// Index along x of a pixel without a reading; [`Lattice::indices`] gives it to no point, inside the map or
+/// outside.
 pub(super) const NO_READING: u32 = 1 << 31;
 
-/// Some readings side by side: a row of a depth image, or a stretch of a cloud. An array for each of x, y, z,
-/// so that the compiler makes vector code of the loops over them.
+/// Consecutive readings: a row of a depth image, or a stretch of a cloud. x, y and z have an array each, so
+/// that the compiler vectorizes the loops over them.
 #[derive(Debug, Default)]
 pub(crate) struct Row {
-    /// Direction of each column's pixel on the camera's horizon, in the world. (Depth images only.)
+    /// Direction, in the world, of each column's pixel in the row of the principal point. (Depth images
+    /// only.)
     rays: [Vec<f32>; 3],
     /// Points in the world, metres.
     pub(super) world: [Vec<f32>; 3],
-    /// Their cells; x is [`NO_READING`] where there is none.
+    /// Cells of the points; x is [`NO_READING`] where there is no reading.
     pub(super) indices: [Vec<u32>; 3],
     /// Not 0 where the cell differs from the one before, or `is_cut` does.
     pub(super) changes: Vec<u32>,
@@ -26,7 +27,7 @@ pub(crate) struct Row {
 /// What a row holds.
 pub(super) struct RowSummary {
     pub(super) readings: usize,
-    /// Whether some lie outside the map or are not finite.
+    /// Whether some readings lie outside the map or are not finite.
     pub(super) some_outside: bool,
 }
 
@@ -58,7 +59,7 @@ impl Row {
         }
     }
 
-    /// Turns the rays of a camera's columns into the world.
+    /// Rotates the rays of a camera's columns into the world.
     pub(super) fn prepare(&mut self, camera: &PinholeCamera, world_from_camera: &Pose) {
         let rotation = world_from_camera.rotation_matrix();
         for (rays, [x, _, z]) in self.rays.iter_mut().zip(rotation) {
@@ -98,7 +99,7 @@ impl Row {
         }
     }
 
-    /// Pixels without a depth, too near or outside the mask are no readings.
+    /// Marks pixels without a depth, too near or outside the mask as no readings.
     pub(super) fn drop_pixels(
         &mut self,
         sensor: &SensorModel,

@@ -9,12 +9,13 @@ use super::sparse_marks::{IntegerHasher, SparseMarks};
 use super::window_marks::WindowMarks;
 use crate::lattice::Key;
 
-/// Buffers of an insertion, kept so that a frame allocates nothing. Empty between calls.
+/// Buffers of an insertion, kept so that a frame allocates nothing. Each call starts by clearing them or
+/// leaves them empty.
 #[derive(Debug, Default)]
 pub(crate) struct ScanScratch {
     /// Where the rays to surfaces end.
     pub(crate) hits: RayEnds,
-    /// Where the rays end that pass on beyond the sensor's range.
+    /// Where the rays end whose readings are beyond the sensor's range.
     pub(crate) cut: RayEnds,
     pub(crate) window: WindowMarks,
     pub(crate) sparse: SparseMarks,
@@ -27,9 +28,9 @@ pub(crate) struct ScanScratch {
 /// Ends of rays.
 #[derive(Debug, Default)]
 pub(crate) struct RayEnds {
-    /// Their cells; without those equal to the one before when a cell has one ray.
+    /// Cells of the ends. With one ray per cell, an end in the same cell as the end before is left out.
     pub(crate) keys: Vec<Key>,
-    /// The ends themselves, beside `keys`; only used when every reading has its own ray.
+    /// The ends themselves, in the order of `keys`; only used when every reading has its own ray.
     pub(crate) points: Vec<Point>,
 }
 
@@ -56,7 +57,7 @@ impl ScanScratch {
 }
 
 impl Clone for ScanScratch {
-    /// A map's copy needs no copy of its buffers.
+    /// The copy of a map needs no copy of its buffers.
     fn clone(&self) -> Self {
         Self::default()
     }

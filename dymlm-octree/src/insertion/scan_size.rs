@@ -13,21 +13,21 @@ use crate::{Error, InsertReport, Octree, RayMode};
 
 /// Cells along each side of a block.
 const SIDE: f64 = 8.0;
-/// Rays between two looks at how many blocks there are.
+/// Number of rays between two counts of the blocks.
 const RAYS: usize = 64;
 
-/// How much of the map a scan touches, before anything is changed or allocated for it.
+/// Checks how much of the map a scan touches, before anything is changed or allocated for it.
 impl Octree {
-    /// Most blocks of 8x8x8 cells that the rays of one scan may pass, about: 2 GB of map. Cells of 5 mm and a
-    /// depth camera before a wall at 3 m stay below it, and cells of 10 cm and a laser on a car between
-    /// houses.
+    /// Greatest number of blocks of 8x8x8 cells, about, that the rays of one scan may pass: 2 GB of map. A
+    /// depth camera before a wall at 3 m stays below it with cells of 5 mm, and a laser on a car between
+    /// houses with cells of 10 cm.
     pub const MAX_SCAN_BLOCKS: usize = 1 << 20;
 
-    /// Asks whether a frame would be taken, and changes nothing. What this takes can also be
-    /// [inserted](Self::insert_depth) from other poses, where its rays pass somewhat more cells: half of
-    /// [`Self::MAX_SCAN_BLOCKS`] is the limit here.
+    /// Checks whether a frame would be accepted, and changes nothing. The limit here is half of
+    /// [`Self::MAX_SCAN_BLOCKS`], so that an accepted frame can also be [inserted](Self::insert_depth) from
+    /// other poses, where its rays pass somewhat more cells.
     ///
-    /// Costs next to nothing where all in reach is within the limit, else as an eighth of an insertion.
+    /// Costs next to nothing where all cells in reach are within the limit, else an eighth of an insertion.
     ///
     /// # Errors
     ///
@@ -62,7 +62,7 @@ impl Octree {
     fn check_readings(&self, origin: [f64; 3], reach: f64, readings: &Readings<'_>) -> Result<(), Error> {
         let most = Self::MAX_SCAN_BLOCKS / 2;
         let side = 2.0 * reach.min(self.config().max_range) / (SIDE * self.resolution()) + 3.0;
-        // From outside the map nothing is inserted.
+        // A sensor outside the map inserts nothing.
         let (false, Ok(origin)) = (side.powi(3) <= most as f64, self.ray_origin(origin)) else {
             return Ok(());
         };
@@ -71,7 +71,8 @@ impl Octree {
         self.check_blocks(&origin, &scratch, most)
     }
 
-    /// Refuses rays that pass more blocks. Followed from block to block, to one end in each.
+    /// Refuses rays that pass more than `most` blocks. Rays are followed from block to block, one ray for
+    /// each block that holds ends.
     pub(super) fn check_blocks(
         &self,
         origin: &RayOrigin,

@@ -22,7 +22,8 @@ impl Hasher for IntegerHasher {
 
     #[inline]
     fn write_u64(&mut self, value: u64) {
-        // Fibonacci hashing; the high bits are the good ones, and hash maps use both ends.
+        // Fibonacci hashing. The high bits are well mixed; they are folded into the low bits, since hash maps
+        // use both.
         let product = (self.0 ^ value).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         self.0 = product ^ product >> 32;
     }
@@ -41,7 +42,7 @@ pub(crate) fn pack(key: Key) -> u64 {
 pub(crate) struct SparseMarks {
     slots: IntegerMap<u32>,
     blocks: Vec<MarkedBlock>,
-    /// The block of the last mark: rays stay in one for some steps.
+    /// The block of the last mark: a ray stays in one block for several steps.
     last: Option<(Key, u32)>,
 }
 

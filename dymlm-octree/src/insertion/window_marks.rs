@@ -10,9 +10,9 @@ const MARGIN: i32 = 2;
 
 /// Marks in a dense box of cells around one scan.
 ///
-/// The address of a cell interleaves fixed bits of x, y and z: within an 8^3 block they are in Morton order,
-/// so that a block's marks are the map's own bit masks, and the number of blocks along each axis is rounded
-/// up to a power of two. So a step along one axis is one addition with carry through that axis's bits
+/// The address of a cell interleaves fixed bits of x, y and z. Within an 8^3 block they are in Morton order,
+/// so that a block's marks have the layout of the map's bit masks; the number of blocks along each axis is
+/// rounded up to a power of two. So a step along one axis is one addition with carry through that axis's bits
 /// ("dilated integers").
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WindowMarks {
@@ -22,7 +22,7 @@ pub(crate) struct WindowMarks {
     blocks: [usize; 3],
     /// The address bits of each axis.
     masks: [u32; 3],
-    /// log2 of the place of each axis's block index in a block address.
+    /// The bit of a block address at which each axis's block index begins.
     shifts: [u32; 3],
     /// Address of each cell index along each axis.
     addresses: [Vec<u32>; 3],
@@ -105,8 +105,8 @@ impl Marks for WindowMarks {
 
     #[inline]
     fn cursor(&self, key: Key, up: [bool; 3]) -> WindowCursor {
-        // Up: the bits of the other axes are ones, so that the carry runs through them. Down: they are zeros,
-        // and the borrow does.
+        // Up: the step has ones in the bits of the other axes, so that the carry runs through them. Down:
+        // these bits of the cursor are zeros, and the borrow runs through them.
         let step = |axis: usize| if up[axis] { (!self.masks[axis]).wrapping_add(1) } else { u32::MAX };
         WindowCursor { axes: self.axes_of(key), masks: self.masks, steps: [step(0), step(1), step(2)] }
     }

@@ -5,8 +5,8 @@ use crate::occupancy_grid::grid::HeightRange;
 
 /// A line through the cells of the octree along `up`.
 ///
-/// The cell at each place of the line is a function of the line alone, not of the cubes in which it is
-/// followed: what changes in the octree elsewhere cannot change what a column says, not by rounding either.
+/// Which cell is at each place of the line depends on the line alone, not on the cubes through which it is
+/// followed: a change elsewhere in the octree cannot change a column's state, not even by rounding.
 struct Column {
     origin: [f64; 3],
     up: [f64; 3],
@@ -14,8 +14,8 @@ struct Column {
     key: Key,
 }
 
-/// What the cells of a column say together: occupied when one is, else free when one is, else unknown.
-/// `foot` is where the line meets height 0, metres; heights without a number say nothing.
+/// The state of a column: occupied when one of its cells is, else free when one of them is, else unknown.
+/// `foot` is where the line meets height 0, metres; with NaN as a height it is unknown.
 pub(super) fn column_state(
     accessor: &mut Accessor<'_>,
     foot: [f64; 3],
@@ -42,8 +42,8 @@ pub(super) fn column_state(
     }
 }
 
-/// The part of the heights at which a line is in the map. Heights on a border between cells belong to the
-/// cells within.
+/// The part of the heights at which a line is in the map. A height on a border between cells counts for the
+/// cell inside the range only.
 fn within_map(
     lattice: &Lattice,
     foot: [f64; 3],
@@ -51,7 +51,7 @@ fn within_map(
     [lowest, highest]: HeightRange,
 ) -> Option<HeightRange> {
     let margin = 0.01 * lattice.resolution;
-    // A cell's hundredth within the border, since rounding must not lead over it.
+    // A hundredth of a cell inside the border, so that rounding cannot lead beyond it.
     let border = lattice.half_extent() - margin;
     let [mut bottom, mut top] = [lowest + margin, highest - margin];
     for axis in 0..3 {
@@ -67,8 +67,8 @@ fn within_map(
 }
 
 impl Column {
-    /// Enters the first cell outside the cube around the present one, whose side has 2^`side_bits` cells: how
-    /// far from the origin that is, metres; `None` at the border of the map.
+    /// Enters the first cell outside the cube of 2^`side_bits` cells a side around the present cell. Returns
+    /// the distance from the origin at which the line enters it, metres; `None` at the border of the map.
     fn leave(&mut self, side_bits: u32) -> Option<f64> {
         let within = (1_u32 << side_bits) - 1;
         let beyond = |axis: usize| {
@@ -85,8 +85,8 @@ impl Column {
         left.is_finite().then_some(left)
     }
 
-    /// How far from the origin the line comes to cells of an index along an axis, metres. At one distance it
-    /// may come to a new index along several axes: then it goes through an edge.
+    /// Distance from the origin at which the line enters the cells with an index along an axis, metres. Where
+    /// it enters new indices along several axes at the same distance, it goes through an edge.
     fn entry(&self, axis: usize, index: u32) -> f64 {
         let up = self.up[axis];
         // Going down, a cell is entered at its upper side; the index before 0 is 2^32 - 1.
@@ -95,11 +95,11 @@ impl Column {
         ((f64::from(border) - half) * self.lattice.resolution - self.origin[axis]) / up
     }
 
-    /// The last index along an axis that the line has come to at a distance.
+    /// The last index along an axis that the line has entered up to a distance.
     fn index_at(&self, axis: usize, distance: f64) -> u32 {
         let (first, up) = (u32::from(self.key[axis]), self.up[axis]);
         let estimate = self.lattice.index(self.origin[axis] + distance * up).map_or(first, u32::from);
-        // Rounding may have put the estimate one beside.
+        // Rounding may have put the estimate off by one.
         if up > 0.0 {
             let mut index = estimate.max(first);
             while index > first && self.entry(axis, index) > distance {

@@ -9,7 +9,7 @@ use crate::{CellState, Error};
 /// the lowest y, x running fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyGrid {
-    /// Which cells of the plane it has.
+    /// Which cells of the plane the grid has.
     pub(super) place: GridCells,
     pub(super) resolution: f64,
     pub(super) axes: [[f64; 3]; 3],
@@ -24,13 +24,14 @@ pub(super) type HeightRange = [f64; 2];
 /// Between which heights cells are projected.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Heights {
-    /// All cells between the same; whether the grid grows with what is observed between them.
+    /// The same heights for all cells, and whether the grid grows to where something is observed between
+    /// them.
     Same { range: HeightRange, grows: bool },
-    /// Each cell between its own; NaN where nothing counts.
+    /// Heights for each cell; NaN where nothing counts.
     ByCell(Vec<HeightRange>),
 }
 
-/// The heights of a cell that nothing has been asked about yet.
+/// The heights of a cell for which none were given.
 pub(super) const NO_HEIGHTS: HeightRange = [f64::NAN; 2];
 
 impl OccupancyGrid {
@@ -48,14 +49,14 @@ impl OccupancyGrid {
         Ok(Self { place, resolution, axes, world_from_grid, cells, heights })
     }
 
-    /// The same grid over more of the plane: new cells are unknown, and nothing was asked about them.
+    /// Grows the grid to more of the plane: new cells are unknown, and no heights are given for them yet.
     pub(super) fn grow(&mut self, place: GridCells) -> Result<(), Error> {
         if place == self.place {
             return Ok(());
         }
         let count = cell_count(place)?;
         let [old_width, width] = [self.width(), place.size()[0] as usize];
-        // An empty grid has no place.
+        // The first index of an empty grid means nothing.
         let [x, y] = [0, 1].map(|axis| (self.place.first[axis] - place.first[axis]).max(0) as usize);
         self.cells = moved(&self.cells, old_width, CellState::Unknown, count, width, [x, y]);
         if let Heights::ByCell(ranges) = &mut self.heights {
@@ -85,12 +86,12 @@ impl OccupancyGrid {
         self.place.first.map(|index| index as f64 * self.resolution)
     }
 
-    /// What it shows, in its own axes.
+    /// The region that the grid covers, in its own axes.
     pub fn region(&self) -> GridRegion {
         GridRegion { min: self.origin(), max: self.place.end.map(|index| index as f64 * self.resolution) }
     }
 
-    /// Where the grid's axes are in the world.
+    /// The pose of the grid's axes in the world.
     pub fn world_from_grid(&self) -> Pose {
         self.world_from_grid
     }
@@ -109,8 +110,8 @@ impl OccupancyGrid {
         }
     }
 
-    /// Indices along x and y of the cell that holds a point in the grid's axes, metres; `None` outside and for
-    /// NaN.
+    /// Indices along x and y of the cell that holds a point in the grid's axes, metres; `None` outside and
+    /// for NaN.
     pub fn cell_of(&self, point: [f64; 2]) -> Option<[usize; 2]> {
         let [x, y] = [0, 1].map(|axis| {
             let index = (point[axis] / self.resolution).floor() - self.place.first[axis] as f64;
@@ -133,7 +134,7 @@ pub(super) fn cell_count(place: GridCells) -> Result<usize, Error> {
     count.map(|count| count as usize).ok_or(Error::GridSize { width, height })
 }
 
-/// Rows of cells within larger rows of others.
+/// The cells `old` as a part, from (x, y) on, of a larger grid whose remaining cells are `other`.
 fn moved<T: Copy>(
     old: &[T],
     old_width: usize,

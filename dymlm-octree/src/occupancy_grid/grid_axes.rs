@@ -3,19 +3,19 @@ use dymlm_core::vector3::norm;
 
 use crate::Error;
 
-/// The world's axes turned so that z becomes `up`, on the shortest way; `None` when `up` has no direction.
+/// The world's axes after the smallest rotation that takes z to `up`; `None` when `up` has no direction.
 pub(super) fn grid_axes(up: [f64; 3]) -> Option<[[f64; 3]; 3]> {
     // Scaled first: squares of large or small components would not be representable.
     let largest = up.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let up = up.map(|value| value / largest);
     let length = norm(up);
-    // Not for zero, infinity and NaN.
+    // Zero, infinity and NaN give a length of NaN.
     if !length.is_finite() {
         return None;
     }
     let [x, y, z] = up.map(|value| value / length);
     if z < -1.0 + 1e-9 {
-        // Every axis is as short: half a turn about x.
+        // Half a turn about any axis across z is equally short: about x, here.
         return Some([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]);
     }
     // Rodrigues' formula for the rotation about z x up.

@@ -3,8 +3,8 @@ use crate::distance_field::Transform;
 use crate::{CellState, Error};
 
 impl OccupancyGrid {
-    /// The same grid with an occupied margin: a cell whose centre is no farther than `radius` metres from
-    /// that of an occupied one is occupied too, whether it was free or unknown. Exact, by a Euclidean
+    /// The same grid with an occupied margin: a cell whose centre is no farther than `radius` metres from the
+    /// centre of an occupied cell becomes occupied too, whether it was free or unknown. Exact, by a Euclidean
     /// distance transform; the grid does not grow. O(cells).
     ///
     /// A robot of that radius can go where its centre is on free cells.
@@ -34,7 +34,7 @@ impl OccupancyGrid {
         let mut squared = Vec::new();
         let is_occupied = self.cells.iter().map(|&cell| cell == CellState::Occupied);
         Transform::default().measure_layer(is_occupied, [self.width(), self.height()], &mut squared);
-        // In cells; by a hair more, so that a radius of so many cells takes in the last one.
+        // In cells; slightly enlarged, so that a radius of n cells includes the n-th cell.
         let reach = radius / self.resolution * (1.0 + 1e-9);
         for (cell, &squared) in inflated.cells.iter_mut().zip(&squared) {
             if f64::from(squared) <= reach * reach {

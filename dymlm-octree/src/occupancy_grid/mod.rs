@@ -1,4 +1,4 @@
-//! The projection to a 2D grid: whole, of a region, brought up to date where the octree has changed, inflated.
+//! The projection to a 2D grid: whole, of a region, updated where the octree has changed, inflated.
 
 mod column;
 mod files;

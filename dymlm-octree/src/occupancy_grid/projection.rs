@@ -15,12 +15,12 @@ impl Octree {
     /// any direction) from the world's origin, metres; infinite heights mean no limit.
     ///
     /// A grid cell is occupied when the line along `up` through its centre meets an occupied cell between the
-    /// heights, else free when it meets a free one, else unknown. The grid's x and y axes are the world's,
-    /// turned on the shortest way that takes z to `up`; for `up` = z its cells are columns of the octree's.
-    /// It reaches as far as something was observed between the heights.
+    /// heights, else free when it meets a free one, else unknown. The grid's x and y axes are the world's
+    /// after the smallest rotation that takes z to `up`; for `up` = z each grid cell is a column of octree
+    /// cells. The grid reaches as far as something was observed between the heights.
     ///
-    /// Costs O(leaves + grid cells x leaves in a column), blocks of 8 cells a side taken cell by cell.
-    /// [`OccupancyGrid::update`] brings it up to date for less.
+    /// Costs O(leaves + grid cells x leaves in a column), where a column passes blocks of 8 cells a side cell
+    /// by cell. [`OccupancyGrid::update`] brings the grid up to date for less.
     ///
     /// # Errors
     ///
@@ -45,9 +45,9 @@ impl Octree {
         self.project_onto(axes, place, Heights::Same { range, grows: true })
     }
 
-    /// [`Self::project`], of a region in the grid's axes alone: to the cell what the whole grid shows there,
-    /// for O(cells of the region x leaves in a column). The grid has the cells that the region touches,
-    /// whether anything was observed there or not.
+    /// [`Self::project`] for one region, given in the grid's axes: each cell is what the whole grid shows
+    /// there, at a cost of O(cells of the region x leaves in a column). The grid has the cells that the
+    /// region touches, whether anything was observed there or not.
     ///
     /// # Errors
     ///
@@ -79,9 +79,9 @@ impl Octree {
         self.project_onto(axes, place, Heights::Same { range, grows: false })
     }
 
-    /// [`Self::project_region`], each cell between heights of its own: of a ramp, or of floors at several
-    /// heights. `heights` is asked with the centre of each cell, in the grid's axes; cells for which it gives
-    /// no range, or one that ends before it begins, are unknown.
+    /// [`Self::project_region`] with heights for each cell: for a ramp, or for floors at several heights.
+    /// `heights` is called with the centre of each cell, in the grid's axes; cells for which it gives no
+    /// range, or one that ends before it begins, are unknown.
     ///
     /// # Errors
     ///
@@ -90,7 +90,7 @@ impl Octree {
     /// ```
     /// use dymlm_octree::{CellState, GridRegion, Octree, OctreeConfig};
     ///
-    /// // A ramp that climbs by a quarter of the way.
+    /// // A ramp that rises by 0.25 m per metre.
     /// let mut map = Octree::new(OctreeConfig::default())?;
     /// let ramp: Vec<[f32; 3]> = (0..40).map(|i| 0.025 + 0.05 * i as f32).map(|x| [x, 0.025, 0.25 * x]).collect();
     /// map.insert_scan([1.0, 0.025, 1.5], &ramp)?;
@@ -120,8 +120,8 @@ impl Octree {
         Ok(grid)
     }
 
-    /// The region, in the axes of a grid, in which something was observed between two heights; `None` where
-    /// nothing was. What lies outside of all of the `boxes` does not count. O(leaves in them).
+    /// The region, in the axes of a grid, in which something was observed between two heights; `None` when
+    /// nothing was. Only leaves that reach into one of the `boxes` count. O(leaves in the boxes).
     ///
     /// # Errors
     ///
@@ -144,7 +144,7 @@ impl Octree {
         range: HeightRange,
         boxes: &[Extent],
     ) -> Option<GridRegion> {
-        // Within the boxes by a quarter of a cell: what touches them does not belong to them.
+        // The boxes are shrunk by a quarter of a cell: leaves that only touch a box do not belong to it.
         let inset = 0.25 * self.resolution();
         let near = boxes.iter().filter(|own| Shadow::of_box(own, axes).is_between(range));
         let leaves =
@@ -180,14 +180,14 @@ fn region_of_leaves(
     shadows.map(|shadow| shadow.region()).reduce(|one, other| one.united(&other))
 }
 
-/// The axes of a grid across a direction; an error where that, or the heights along it, are none.
+/// The axes of a grid across `up`; an error when `up` has no direction, or the heights are no range.
 fn checked_axes(up: [f64; 3], [min_height, max_height]: HeightRange) -> Result<[[f64; 3]; 3], Error> {
     let is_range = min_height.partial_cmp(&max_height) == Some(Ordering::Less);
     grid_axes(up).filter(|_| is_range).ok_or(Error::Projection { up, min_height, max_height })
 }
 
 impl OccupancyGrid {
-    /// Where the axes of grids across a direction are in the world, see [`Octree::project`].
+    /// The pose in the world of the axes of grids across `up`, see [`Octree::project`].
     ///
     /// # Errors
     ///
@@ -196,7 +196,7 @@ impl OccupancyGrid {
         world_from_grid(checked_axes(up, [f64::NEG_INFINITY, f64::INFINITY])?)
     }
 
-    /// Whether a grid may have as many cells as a region needs.
+    /// Checks that a grid may have as many cells as a region needs.
     ///
     /// # Errors
     ///
@@ -212,7 +212,7 @@ impl OccupancyGrid {
         }
     }
 
-    /// What the column of a cell says.
+    /// The state of a cell's column.
     pub(super) fn projected(&self, accessor: &mut Accessor<'_>, index: usize) -> CellState {
         let [x, y] = self.center_of(index);
         let foot = std::array::from_fn(|k| x * self.axes[0][k] + y * self.axes[1][k]);

@@ -29,18 +29,18 @@ impl GridRegion {
     }
 }
 
-/// The cells of a grid that a region needs: their indices along x and y, 0 for the one whose lower corner is
+/// The cells of a grid that a region needs: their indices along x and y, 0 for the cell whose lower corner is
 /// the origin of the grid's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct GridCells {
     pub(super) first: [i64; 2],
-    /// Behind the last.
+    /// One past the last cell.
     pub(super) end: [i64; 2],
 }
 
 impl GridCells {
     pub(super) fn of(region: &GridRegion, resolution: f64) -> Self {
-        // A hair's breadth within, so that rounding adds no row.
+        // Shrunk by 1e-6 cells, so that rounding adds no row.
         let first = region.min.map(|c| (c / resolution + 1e-6).floor() as i64);
         let end = region.max.map(|c| (c / resolution - 1e-6).ceil() as i64);
         let cells = Self { first, end };
@@ -63,7 +63,7 @@ impl GridCells {
     }
 }
 
-/// A box of the world as the grid's axes see it: the middle and half the extent along x, y and up.
+/// A box of the world in the grid's axes: its centre and half its extent along x, y and up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shadow {
     center: [f64; 3],

@@ -3,33 +3,34 @@ use super::grid::{HeightRange, Heights, NO_HEIGHTS};
 use super::region::{GridCells, GridRegion, Shadow};
 use crate::{Error, Extent, Octree};
 
-/// What bringing a grid up to date has done.
+/// What an update of a grid has done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct GridUpdate {
     /// Number of cells that were projected again.
     pub projected: usize,
-    /// Number of cells that are other than before.
+    /// Number of cells whose state has changed.
     pub changed: usize,
-    /// First and last index along x and y of a rectangle around these, as `map_msgs/OccupancyGridUpdate`
-    /// carries; `None` when none is.
+    /// First and last index along x and y of a rectangle around the changed cells, as
+    /// `map_msgs/OccupancyGridUpdate` carries; `None` when none has changed.
     pub bounds: Option<[[usize; 2]; 2]>,
-    /// Whether the grid has grown, so that indices are other ones than before.
+    /// Whether the grid has grown, so that the indices of its cells differ from before.
     pub has_grown: bool,
 }
 
 impl OccupancyGrid {
-    /// Brings the grid up to date in place, given in which cubes the octree has changed since
-    /// ([`Octree::changes_since`]): to the cell what projecting it anew gives. A grid of [`Octree::project`]
-    /// grows to where something new was observed, and never shrinks; the others keep their region.
+    /// Brings the grid up to date in place, given the cubes in which the octree has changed since
+    /// ([`Octree::changes_since`]): each cell becomes what a new projection gives. A grid of
+    /// [`Octree::project`] grows to where something new was observed, and never shrinks; other grids keep
+    /// their region.
     ///
     /// O(cells over the cubes x leaves in a column); when the grid grows, its cells are copied too.
     ///
     /// # Errors
     ///
-    /// [`Error::GridResolution`] when the octree's cells are of another size; [`Error::GridSize`]. The grid stays
-    /// as it was.
+    /// [`Error::GridResolution`] when the octree's cells have another size; [`Error::GridSize`]. The grid
+    /// stays as it was.
     ///
     /// ```
     /// use dymlm_octree::{CellState, Octree, OctreeConfig};
@@ -58,11 +59,11 @@ impl OccupancyGrid {
         Ok(self.project_again(map, indices, has_grown))
     }
 
-    /// [`Self::update`] of a grid of [`Octree::project_between`] whose heights may have changed too: cells
-    /// that have other heights now are projected again as well, and all get them. With a `region` the grid
-    /// grows to hold that one too. A grid of [`Octree::project`] becomes one with heights by cell.
+    /// [`Self::update`] for a grid of [`Octree::project_between`] whose heights may have changed too: all
+    /// cells get their new heights, and cells whose heights have changed are projected again as well. With a
+    /// `region` the grid grows to hold it too. A grid of [`Octree::project`] gets heights for each cell.
     ///
-    /// O(cells) to ask for the heights, and as [`Self::update`].
+    /// O(cells) for the calls of `heights`, besides the cost of [`Self::update`].
     ///
     /// # Errors
     ///
@@ -99,7 +100,7 @@ impl OccupancyGrid {
         Err(Error::GridResolution { resolution: self.resolution, other: map.resolution() })
     }
 
-    /// Grows to hold a region.
+    /// Grows the grid to hold a region; whether it has grown.
     fn reach_out(&mut self, region: Option<&GridRegion>) -> Result<bool, Error> {
         let Some(region) = region else { return Ok(false) };
         let place = self.place.united(&GridCells::of(region, self.resolution));
@@ -108,7 +109,7 @@ impl OccupancyGrid {
         Ok(has_grown)
     }
 
-    /// The indices of the cells whose columns may go through cubes.
+    /// Adds the indices of the cells whose columns may pass through the cubes.
     fn push_cells_over(&self, cubes: &[Extent], indices: &mut Vec<usize>) {
         let (width, height) = (self.width(), self.height());
         if width == 0 {
@@ -117,7 +118,7 @@ impl OccupancyGrid {
         let between = self.heights.all();
         let shadows = cubes.iter().map(|cube| Shadow::of_box(cube, self.axes));
         let near = shadows.filter(|shadow| shadow.is_between(between));
-        // Cubes above each other are over the same cells.
+        // Cubes above each other cover the same cells.
         let mut rectangles: Vec<[[usize; 2]; 2]> =
             near.map(|shadow| self.cells_in(&shadow.region())).collect();
         rectangles.sort_unstable();
@@ -129,8 +130,8 @@ impl OccupancyGrid {
         }
     }
 
-    /// From and to which index along x and y the centres are in a region, or next to it: rounding may move a
-    /// column by a hair.
+    /// Ranges of indices along x and y of the cells whose centres are in a region or 1e-3 cells beside it:
+    /// rounding may move a column slightly.
     fn cells_in(&self, region: &GridRegion) -> [[usize; 2]; 2] {
         [0, 1].map(|axis| {
             let index = |c: f64| c / self.resolution - 0.5 - self.place.first[axis] as f64;
@@ -173,11 +174,11 @@ impl Heights {
         }
     }
 
-    /// From the lowest to the highest of all cells.
+    /// The lowest and the highest height of all cells.
     fn all(&self) -> HeightRange {
         match self {
             Self::Same { range, .. } => *range,
-            // Comparisons leave NaN out.
+            // `min` and `max` ignore NaN.
             Self::ByCell(ranges) => ranges.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |all, range| {
                 [all[0].min(range[0]), all[1].max(range[1])]
             }),
@@ -185,7 +186,7 @@ impl Heights {
     }
 }
 
-/// Whether two ranges let the same count; those without numbers let nothing.
+/// Whether two ranges are equal; ranges with NaN are, since nothing counts in them.
 fn is_same(one: HeightRange, other: HeightRange) -> bool {
     one == other || (one.iter().any(|c| c.is_nan()) && other.iter().any(|c| c.is_nan()))
 }

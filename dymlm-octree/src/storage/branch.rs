@@ -8,7 +8,7 @@ use super::{Bits, Block, ENTRIES, for_each_bit};
 /// 8 x 8 x 8 entries, each of them unknown, a leaf, or a node of the level below.
 #[derive(Debug, Clone)]
 pub(crate) struct Branch {
-    /// 1 to 5: those of level 1 hold blocks.
+    /// 1 to 5; branches of level 1 hold blocks.
     pub(super) level: u8,
     /// Entries that are leaves.
     pub(super) leaves: Bits,
@@ -16,12 +16,12 @@ pub(crate) struct Branch {
     pub(super) children: Bits,
     /// Largest log-odds below.
     pub(super) max: f32,
-    /// Of the leaves.
+    /// Colours of the leaves.
     pub(super) colors: EntryColors,
     entries: [Entry; ENTRIES],
 }
 
-/// An entry of a branch. Clones of a tree share its nodes; each is copied when it changes while both have it.
+/// An entry of a branch. Clones of a tree share its nodes; a shared node is copied before it changes.
 #[derive(Debug, Clone)]
 pub(crate) enum Entry {
     Unknown,
@@ -32,8 +32,8 @@ pub(crate) enum Entry {
 }
 
 impl Entry {
-    /// What an entry that is an empty node, or one that is all one leaf, is to become, and the colour of that
-    /// leaf.
+    /// What replaces an entry whose node is empty or all one leaf, and the colour of that leaf; `None` for
+    /// any other entry.
     fn simpler(&self) -> Option<(Self, Rgb)> {
         let (is_empty, value, colors) = match self {
             Self::Unknown | Self::Leaf(_) => return None,
@@ -102,7 +102,7 @@ impl Branch {
         self.entries[index] = entry;
     }
 
-    /// An entry made a node if it is none: what was a leaf is spread over the node's entries.
+    /// Makes an entry a node if it is none: a leaf is spread over the node's entries.
     pub(super) fn parted(&mut self, entry: usize) -> &mut Entry {
         let (below, color) = (self.level - 1, self.colors.at(entry));
         let node = match (&self.entries[entry], below) {
@@ -132,12 +132,13 @@ impl Branch {
         }
     }
 
-    /// Whether some entries are leaves of one value.
+    /// Whether all of these entries are leaves with this value.
     pub(super) fn is_all(&self, entries: std::ops::Range<usize>, value: f32) -> bool {
         self.entries[entries].iter().all(|entry| matches!(entry, Entry::Leaf(own) if *own == value))
     }
 
-    /// Takes nodes that are empty or one single leaf into the branch, and brings `max` up to date.
+    /// Replaces nodes that are empty or all one leaf by an unknown entry or a leaf, and brings `max` up to
+    /// date.
     pub(super) fn settle(&mut self) {
         let mut max = f32::NEG_INFINITY;
         let children = self.children;
@@ -179,7 +180,7 @@ impl Branch {
         }
     }
 
-    /// Bytes of all nodes below. At most five levels deep.
+    /// Bytes of the colours and of all nodes below. At most five levels deep.
     pub(super) fn memory_bytes(&self) -> usize {
         let mut bytes = self.colors.memory_bytes();
         for_each_bit(&self.children, |entry| {

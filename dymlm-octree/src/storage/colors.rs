@@ -4,14 +4,15 @@ use dymlm_core::Rgb;
 
 use super::{ENTRIES, NO_COLOR, mean_color};
 
-/// The colours of a node's entries. Nothing is held while none has one; clones share them until they change.
+/// The colours of a node's entries. Nothing is stored while no entry has a colour; clones share the colours
+/// until they change.
 #[derive(Debug, Clone)]
 pub(super) struct EntryColors(Option<Arc<[Rgb; ENTRIES]>>);
 
 impl EntryColors {
     pub(super) const NONE: Self = Self(None);
 
-    /// All of one colour.
+    /// The same colour for all entries.
     pub(super) fn filled(color: Rgb) -> Self {
         Self((color != NO_COLOR).then(|| Arc::new([color; ENTRIES])))
     }
@@ -27,18 +28,19 @@ impl EntryColors {
         }
     }
 
-    /// The mean of some entries' colours, of those that have one.
+    /// The mean colour of those of the entries that have one.
     pub(super) fn mean(&self, entries: std::ops::Range<usize>) -> Rgb {
         self.0.as_ref().map_or(NO_COLOR, |colors| mean_color(colors[entries].iter().copied()))
     }
 
-    /// All of them, if any entry has one.
+    /// The colours of all entries, if any were stored.
     #[cfg(feature = "state")]
     pub(super) fn to_vec(&self) -> Option<Vec<Rgb>> {
         self.0.as_ref().map(|colors| colors.to_vec())
     }
 
-    /// What [`to_vec`](Self::to_vec) gave; `None` where it gave something else, or may give nothing.
+    /// The colours that [`to_vec`](Self::to_vec) gave; `None` for a vector of another length, and for colours
+    /// where there may be none.
     #[cfg(feature = "state")]
     pub(super) fn of_vec(colors: Option<Vec<Rgb>>, may_be: bool) -> Option<Self> {
         let Some(colors) = colors else { return Some(Self::NONE) };
@@ -46,7 +48,7 @@ impl EntryColors {
         may_be.then(|| Self(Some(Arc::new(colors))))
     }
 
-    /// Bytes held elsewhere.
+    /// Bytes held on the heap.
     pub(super) fn memory_bytes(&self) -> usize {
         if self.0.is_some() { super::shared_bytes::<[Rgb; ENTRIES]>() } else { 0 }
     }
@@ -55,11 +57,11 @@ impl EntryColors {
 /// The colour of a cell after another reading, as OctoMap's `averageNodeColor` has it: half and half.
 pub(super) fn averaged(old: Rgb, new: Rgb) -> Rgb {
     let blended = if old == NO_COLOR { new } else { half_and_half(old, new) };
-    // Pure white means "no colour" in the files: keep a hair's breadth away from it.
+    // Pure white means "no colour" in the files: the nearest other colour is stored.
     if blended == NO_COLOR { [255, 255, 254] } else { blended }
 }
 
-/// Two colours half and half, or the one there is.
+/// Two colours half and half, or the only one given.
 pub(super) fn blended(a: Rgb, b: Rgb) -> Rgb {
     match (a, b) {
         (NO_COLOR, only) | (only, NO_COLOR) => only,

@@ -5,9 +5,9 @@ use super::{Branch, ENTRIES, Entry, Tree};
 use crate::lattice::Key;
 
 impl Tree {
-    /// Calls `visit` for cubes of cells, by their lowest cell and their side in cells, in which two trees
-    /// differ: the smallest that both trees part alike, no smaller than blocks. Colours are not compared.
-    /// What the trees share is passed over.
+    /// Calls `visit` with the lowest cell and the side, in cells, of each cube in which two trees differ: the
+    /// smallest cubes that are an entry in both trees, none smaller than a block. Colours are not compared.
+    /// Nodes that the trees share are skipped.
     pub(crate) fn for_each_difference(&self, other: &Self, visit: &mut impl FnMut(Key, u32)) {
         compare_below(self.root(), other.root(), [0; 3], visit);
     }

@@ -4,8 +4,8 @@ use dymlm_core::Rgb;
 
 use super::{Block, Branch, Entry, Tree};
 
-/// One node of the octree that [`Tree`] stands for, of which nothing is known yet and which a file fills: as
-/// [`Subtree`](super::Subtree).
+/// One node of the octree that [`Tree`] stands for, still unknown and to be filled from a file. It is
+/// addressed as a [`Subtree`](super::Subtree) is.
 pub(crate) struct SubtreeToFill<'a> {
     node: Node<'a>,
     start: usize,
@@ -25,7 +25,7 @@ impl Tree {
 }
 
 impl SubtreeToFill<'_> {
-    /// The i-th child, i = x + 2 y + 4 z; `None` of a smallest cell.
+    /// The i-th child, i = x + 2 y + 4 z; `None` for a smallest cell.
     pub(crate) fn child(&mut self, i: u8) -> Option<SubtreeToFill<'_>> {
         let i = usize::from(i);
         match (&mut self.node, self.log8.checked_sub(1)) {
@@ -49,7 +49,7 @@ impl SubtreeToFill<'_> {
         }
     }
 
-    /// Makes it one leaf.
+    /// Makes the node one leaf.
     pub(crate) fn fill(self, log_odds: f32, color: Rgb) {
         let entries = self.start..self.start + (1 << (3 * self.log8));
         match self.node {

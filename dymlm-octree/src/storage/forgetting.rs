@@ -12,8 +12,8 @@ pub(crate) enum Forgotten {
 }
 
 impl Tree {
-    /// Forgets cubes of cells, no smaller ones than blocks. `forgotten` is asked for cubes by their lowest
-    /// cell and their side in cells.
+    /// Forgets cubes of cells, none smaller than a block. `forgotten` is called with a cube's lowest cell and
+    /// its side in cells.
     pub(crate) fn forget(&mut self, forgotten: &impl Fn(Key, u32) -> Forgotten) {
         forget_below(self.root_mut(), [0; 3], forgotten);
     }
@@ -43,13 +43,13 @@ fn forget_below(branch: &mut Branch, corner: Key, forgotten: &impl Fn(Key, u32) 
     branch.settle();
 }
 
-/// The lowest cell of an entry of a node that begins at `corner`, with entries of so many cells a side.
+/// The lowest cell of an entry of a node that begins at `corner`, with entries of `side` cells a side.
 pub(super) fn corner_of(corner: Key, entry: usize, side: u32) -> Key {
     let step = entry_steps(entry);
     [0, 1, 2].map(|axis| (u32::from(corner[axis]) + u32::from(step[axis]) * side) as u16)
 }
 
-/// Where an entry lies in its node: what [`entry_of`](super::entry_of) makes an entry of.
+/// Indices of an entry along x, y, z in its node: the inverse of [`entry_of`](super::entry_of).
 fn entry_steps(entry: usize) -> Key {
     [0, 1, 2].map(|axis| {
         let bit = |place: usize| (entry >> (3 * place + axis) & 1) << place;

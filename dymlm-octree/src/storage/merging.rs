@@ -8,7 +8,7 @@ use crate::occupancy_model::OccupancyModel;
 
 impl Tree {
     /// Adds another map's log-odds cell by cell, as independent evidence; colours are blended half and half,
-    /// where this one has any.
+    /// where this map has colours.
     pub(crate) fn merge(&mut self, other: &Self, model: &OccupancyModel) {
         let merging = Merging { model, has_colors: self.has_colors() };
         let root = self.root_mut();

@@ -1,4 +1,4 @@
-//! Where cells are kept: a tree of nodes with 8 x 8 x 8 entries, that is three octree levels a node. Clones
+//! Storage of the cells: a tree of nodes with 8 x 8 x 8 entries, that is three octree levels per node. Clones
 //! share nodes, which are copied when they change.
 //!
 //! A node of level L has entries that cover `2^(3 L)` cells along each axis: blocks (level 0) hold cells,
@@ -78,7 +78,7 @@ pub(crate) fn for_each_bit(bits: &Bits, mut f: impl FnMut(usize)) {
     }
 }
 
-/// OctoMap's colour of a parent: the mean of its children's colours, of those that have one.
+/// OctoMap's colour of a parent: the mean colour of those of its children that have one.
 pub(crate) fn mean_color(colors: impl Iterator<Item = Rgb>) -> Rgb {
     let mut sum = [0_u64; 3];
     let mut count = 0;

@@ -1,5 +1,5 @@
-//! A tree in parts: one for the entries of each branch that are leaves, one for each eight neighbouring
-//! blocks (16 x 16 x 16 cells).
+//! A tree in parts: one for the leaves of each branch, one for each group of eight neighbouring blocks (16 x
+//! 16 x 16 cells).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::forgetting::corner_of;
 use super::{Bits, Block, Branch, ENTRIES, Entry, ROOT_LEVEL, Tree, entry_of, for_each_bit, has};
 use crate::lattice::Key;
 
-/// Blocks of a part.
+/// Number of blocks in a part.
 const GROUP: usize = 8;
 
 /// The key of a branch's part, by its level and its lowest cell.
@@ -21,12 +21,13 @@ fn branch_part(level: u8, corner: Key) -> u64 {
     u64::from(level) << 48 | z << 32 | y << 16 | x
 }
 
-/// The key of the part of blocks that begins with an entry of a branch of level 1.
+/// The key of a part of blocks, by the lowest cell of their branch (level 1) and the entry of the first
+/// block.
 fn group_part(corner: Key, first: usize) -> u64 {
     branch_part(0, corner_of(corner, first, 8))
 }
 
-/// Level and lowest cell of what a part holds.
+/// Level and lowest cell of what a part holds; `None` for a key that no part can have.
 fn place_of(part: u64) -> Option<(u8, Key)> {
     let corner = [part as u16, (part >> 16) as u16, (part >> 32) as u16];
     let level = u8::try_from(part >> 48).ok().filter(|level| *level <= ROOT_LEVEL)?;
@@ -35,7 +36,7 @@ fn place_of(part: u64) -> Option<(u8, Key)> {
     is_corner.then_some((level, corner))
 }
 
-/// What a branch holds but for the nodes below.
+/// What a branch holds apart from the nodes below.
 #[derive(Serialize, Deserialize)]
 struct SavedBranch {
     leaves: Bits,
@@ -46,14 +47,14 @@ struct SavedBranch {
 
 #[derive(Serialize, Deserialize)]
 struct SavedBlock {
-    /// Which of the eight it is.
+    /// Which of the part's eight blocks it is.
     place: u8,
     known: Bits,
     values: Values,
     colors: Option<Vec<Rgb>>,
 }
 
-/// Log-odds, to the bit: sums of few amounts, and clamped, so that there are few different ones.
+/// Log-odds, bit by bit. They are clamped sums of few amounts, so that few different values occur.
 #[derive(Serialize, Deserialize)]
 enum Values {
     Few { values: Vec<u32>, indices: Vec<u8> },
@@ -73,7 +74,7 @@ impl Values {
         }
     }
 
-    /// So many values; `None` where they are others than a map can hold.
+    /// The values; `None` when they are not `count` finite ones.
     fn get(self, count: usize) -> Option<Vec<f32>> {
         let bits: Vec<u32> = match self {
             Self::Few { values, indices } => indices
@@ -97,7 +98,7 @@ fn entries(bits: &Bits) -> Vec<usize> {
     entries
 }
 
-/// The root uses its first eight entries.
+/// Whether all bits are entries of a branch; the root uses only its first eight.
 fn is_within(bits: &Bits, level: u8) -> bool {
     level < ROOT_LEVEL || (bits[0] >> 8 == 0 && bits[1..].iter().all(|&word| word == 0))
 }
@@ -171,7 +172,7 @@ fn save_blocks(
     Ok(())
 }
 
-/// Takes out the parts of a branch that is there no more.
+/// Removes the parts of a branch that no longer exists.
 fn remove_below(earlier: &Branch, corner: Key, sink: &mut StateSink<'_>) -> std::io::Result<()> {
     sink(branch_part(earlier.level, corner), None)?;
     for entry in 0..ENTRIES {
@@ -211,7 +212,7 @@ impl SavedBlock {
 
 /// Loading.
 impl Tree {
-    /// The tree of these parts.
+    /// The tree that these parts hold.
     pub(crate) fn load(
         has_colors: bool,
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
@@ -280,7 +281,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// The branch of a level that holds a cell, made if need be.
+    /// The branch of a level that holds a cell, created if needed.
     fn branch_to_fill(&mut self, corner: Key, level: u8) -> Option<&mut Branch> {
         let mut branch = self.root_mut();
         while branch.level > level {
@@ -295,7 +296,7 @@ impl Tree {
 }
 
 impl SavedBranch {
-    /// `None` where the values are none that a map can hold.
+    /// `None` for leaves or colours that no map can hold.
     fn fill(self, branch: &mut Branch, has_colors: bool) -> Option<()> {
         let has_both =
             self.leaves.iter().zip(&self.children).any(|(leaves, children)| leaves & children != 0);
@@ -314,7 +315,7 @@ impl SavedBranch {
 impl SavedBlock {
     fn block(self, has_colors: bool) -> Option<Block> {
         let known = entries(&self.known);
-        // A block in which nothing is known is none.
+        // No map holds a block in which nothing is known.
         let values = self.values.get(known.len()).filter(|values| !values.is_empty())?;
         let mut block = Block::EMPTY;
         for (entry, value) in known.into_iter().zip(values) {

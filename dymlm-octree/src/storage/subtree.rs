@@ -7,7 +7,7 @@ use crate::lattice::{DEPTH, Key};
 
 /// One node of the octree that [`Tree`] stands for: `8^log8` neighbouring entries of one stored node.
 ///
-/// A subtree of one entry that holds a node is always written as that node with all its entries.
+/// A subtree of one entry that holds a node is always given as that node with all its entries.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Subtree<'a> {
     node: Node<'a>,
@@ -77,7 +77,7 @@ impl Tree {
 }
 
 impl<'a> Subtree<'a> {
-    /// Entries of a whole node, as a power of 8.
+    /// `log8` of a whole node.
     const WHOLE: u8 = 3;
 
     /// One entry of a branch.
@@ -157,7 +157,7 @@ impl<'a> Subtree<'a> {
         (max > f32::NEG_INFINITY).then_some(max)
     }
 
-    /// The mean colour of all that has one below an octree node; [`NO_COLOR`] without colours.
+    /// The mean of the colours below an octree node; [`NO_COLOR`] without colours.
     pub(crate) fn color(self) -> Rgb {
         match self.node {
             Node::Block(block) => block.colors.mean(self.entries()),
@@ -170,7 +170,7 @@ impl<'a> Subtree<'a> {
         }
     }
 
-    /// How many of the entries have their bit set.
+    /// Whether none, some or all of the entries have their bit set.
     #[inline]
     fn coverage(self, bits: &Bits) -> Coverage {
         let start = usize::from(self.start);

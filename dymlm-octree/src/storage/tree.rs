@@ -7,8 +7,8 @@ use super::{Bits, Block, Branch, Entry, NO_COLOR, ROOT_LEVEL, entry_of};
 use crate::lattice::Key;
 use crate::occupancy_model::OccupancyModel;
 
-/// The tree of nodes. A clone is one pointer: the two share their nodes, and one that changes copies those
-/// that it changes, with the branches above them.
+/// The tree of nodes. A clone costs one pointer: both trees share their nodes, and a tree copies shared
+/// nodes, and the branches above them, before it changes them.
 #[derive(Debug, Clone)]
 pub(crate) struct Tree {
     root: Arc<Branch>,
@@ -18,7 +18,7 @@ pub(crate) struct Tree {
     touched: Vec<Key>,
 }
 
-/// Asking.
+/// Queries.
 impl Tree {
     pub(crate) fn new(has_colors: bool) -> Self {
         Self { root: Arc::new(Branch::empty(ROOT_LEVEL)), has_colors, touched: Vec::new() }
@@ -55,8 +55,7 @@ impl Tree {
         entry
     }
 
-    /// The cube around a cell that is one entry, by the logarithm of its side: a leaf, unknown space or a
-    /// block.
+    /// log2 of the side, in cells, of the entry around a cell: a leaf, unknown space or a block.
     pub(crate) fn side_bits(&self, key: Key) -> u32 {
         let mut level = ROOT_LEVEL;
         let mut entry = self.root.entry(entry_of(key, level));
@@ -89,7 +88,7 @@ impl Tree {
 }
 
 impl Entry {
-    /// The entry of a branch that covers a cell; itself if it is none.
+    /// The entry of this branch that covers a cell; `self` if it is no branch.
     #[inline]
     pub(crate) fn below(&self, key: Key) -> &Self {
         match self {
@@ -98,7 +97,7 @@ impl Entry {
         }
     }
 
-    /// The log-odds of a cell in it, which no branch covers; `None` where nothing is known.
+    /// The log-odds of a cell in a block or a leaf; `None` where nothing is known, and for a branch.
     #[inline]
     pub(crate) fn log_odds(&self, key: Key) -> Option<f32> {
         match self {
@@ -172,7 +171,7 @@ impl Tree {
         }
     }
 
-    /// The block around a cell, made if need be; `None` if it is part of a leaf that stays as it is.
+    /// The block around a cell, created if needed; `None` if the cell is part of a leaf that is `unmoved`.
     fn block_to_change(&mut self, key: Key, unmoved: impl Fn(f32) -> bool) -> Option<&mut Block> {
         let mut branch = self.root_mut();
         loop {

@@ -1,4 +1,4 @@
-//! Clones share what neither has changed since, and nothing else.
+//! A map that is cloned changes as if it had no clones, and its clones do not change with it.
 
 use crate::common::changes::{apply, changes, file};
 use dymlm_octree::{Octree, OctreeConfig};

@@ -1,5 +1,5 @@
-//! The distance field against a look at all obstacles, under motions of the lattice, and for regions that are
-//! none.
+//! The distance field against brute force over all obstacles, under motions of the lattice, and for invalid
+//! regions.
 
 use dymlm_core::SplitMix64;
 use dymlm_core::vector3::{along, difference, norm};
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 const RESOLUTION: f64 = 0.1;
 
-/// A map of cells with an integer place each, occupied or free.
+/// A map of cells at integer places, each occupied or free.
 fn map_of(cells: impl IntoIterator<Item = ([i32; 3], bool)>) -> Octree {
     let mut config = OctreeConfig::default();
     config.resolution = RESOLUTION;
@@ -23,7 +23,7 @@ fn center(cell: [i32; 3]) -> [f64; 3] {
     cell.map(|c| (f64::from(c) + 0.5) * RESOLUTION)
 }
 
-/// Occupied and free cells within 14 of the origin; some free ones fill cubes that become one leaf.
+/// Occupied and free cells within 14 cells of the origin; some free ones fill cubes that become one leaf.
 fn random_cells(seed: u64) -> Vec<([i32; 3], bool)> {
     let mut random = SplitMix64::new(seed);
     let mut cells = Vec::new();
@@ -38,7 +38,7 @@ fn random_cells(seed: u64) -> Vec<([i32; 3], bool)> {
     cells
 }
 
-/// The same by a look at all cells around.
+/// The distance by brute force over all cells around.
 fn brute_force(map: &Octree, place: [f64; 3], max_distance: f64, unknown: UnknownCells) -> f64 {
     let reach = (max_distance / RESOLUTION).ceil() as i32 + 1;
     let own = place.map(|c| (c / RESOLUTION).floor() as i32);
@@ -109,7 +109,7 @@ proptest! {
                 step[axis] = 1e-4;
                 let sides = [1.0, -1.0].map(|side| field.at(along(place, side, step)));
                 let [Some(ahead), Some(behind)] = sides else { continue };
-                // Along its own axis a place near a centre has another slope on each side.
+                // At a centre the slope along an axis jumps: places near one are left out.
                 let in_cell = (place[axis] / RESOLUTION - 0.5).rem_euclid(1.0);
                 if (0.01..0.99).contains(&in_cell) {
                     let slope = (ahead.distance - behind.distance) / 2e-4;

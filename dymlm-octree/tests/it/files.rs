@@ -153,7 +153,7 @@ fn values_that_are_no_log_odds_are_errors() {
     assert!(matches!(read_bt(empty_inner), Err(Error::Malformed(_))));
 }
 
-/// The whole map as one leaf, and leaves of half its side: no memory for what they cover.
+/// The whole map as one leaf: memory does not grow with the space that leaves cover.
 #[test]
 fn huge_leaves_cost_no_memory() {
     let mut file = b"# Octomap OcTree file\nid OcTree\nsize 1\nres 0.1\ndata\n".to_vec();
@@ -166,7 +166,7 @@ fn huge_leaves_cost_no_memory() {
     assert_eq!(map.leaves().next().unwrap().size, 6553.6);
     assert_eq!(ot(&map), ot(&read_ot(&ot(&map)).unwrap()));
     assert_eq!(leaves_of(&read_bt(&bt(&map)).unwrap()).len(), 1);
-    // It can be written to like any other.
+    // Scans can be inserted into it as into any other map.
     let mut map = map;
     map.insert_scan([0.0; 3], &[[1.0, 0.0, 0.0]]).unwrap();
     assert_eq!(map.log_odds([3000.0; 3]), Some(1.0));
@@ -245,7 +245,7 @@ fn octomaps_tools_read_our_files() {
         let occupied = read_bt(&bt(&map)).unwrap().counts().occupied_leaves;
         assert_eq!(vrml.matches("Box").count(), occupied);
     }
-    // .ot and coloured .ot to .bt by OctoMap: the file we write ourselves.
+    // .ot and coloured .ot, converted to .bt by OctoMap, have the leaves of our own .bt.
     for name in ["map", "colored"] {
         let converted = path("converted.bt");
         if tool("convert_octree", &[&path(&format!("{name}.ot")), &converted]).is_some() {

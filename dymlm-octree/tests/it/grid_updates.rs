@@ -1,5 +1,5 @@
-//! Grids of regions, grids brought up to date, grids with heights of each cell, inflated grids: to the cell
-//! what projecting the whole map anew gives.
+//! Grids of regions, grids brought up to date, grids with heights for each cell, inflated grids: each cell is
+//! what a new projection of the whole map gives.
 
 use crate::common::changes::{apply, changes};
 use crate::common::{Random, config, double};
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 const RESOLUTION: f64 = 0.25;
 
-/// Directions of which the first three have lines along borders of cells, or through their edges.
+/// Directions; columns along the first three run along borders of cells, or through their edges.
 fn any_up() -> impl Strategy<Value = [f64; 3]> {
     prop_oneof![
         Just([0.0, 0.0, 1.0]),
@@ -37,7 +37,7 @@ fn assert_shows(grid: &OccupancyGrid, whole: &OccupancyGrid) {
     }
 }
 
-/// One grid holds what another one shows.
+/// Both grids show the same wherever either has cells.
 fn assert_equal(grid: &OccupancyGrid, whole: &OccupancyGrid) {
     assert_shows(grid, whole);
     assert_shows(whole, grid);
@@ -46,8 +46,8 @@ fn assert_equal(grid: &OccupancyGrid, whole: &OccupancyGrid) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Scans, forgetting, single cells, merged maps: each time the grids are brought up to date by what has
-    /// changed since the last.
+    /// Scans, forgetting, single cells, merged maps: after each, the grids are updated by what it has
+    /// changed.
     #[test]
     fn updated_grids_are_projected_ones(
         up in any_up(),
@@ -89,7 +89,7 @@ proptest! {
         assert_equal(&grid, &whole(&map));
         assert_shows(&of_region, &grid);
         prop_assert_eq!(&of_region, &part(&map));
-        // NaN differs from itself: cells alone are compared.
+        // NaN heights differ from themselves: only the cells are compared.
         let anew = sloped(&map);
         prop_assert_eq!(on_slope.cells(), anew.cells());
         prop_assert_eq!(before.len(), of_region.cells().len());
@@ -138,7 +138,7 @@ proptest! {
     }
 }
 
-/// The cost follows what has changed: cells that are projected again are those over the changed cubes.
+/// The cost follows the change: only cells over the changed cubes are projected again.
 #[test]
 fn few_cells_are_projected_again() {
     let mut map = Octree::new(config(0.05, 30.0)).unwrap();

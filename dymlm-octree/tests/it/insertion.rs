@@ -70,7 +70,7 @@ proptest! {
     }
 }
 
-/// Cells so small, and points so far, that the dense window gives way to the sparse one.
+/// Cells so small, and points so far, that sparse marks replace the dense window.
 #[test]
 fn wide_scans_give_the_same_leaves() {
     for rays in [RayMode::PerCell, RayMode::PerPoint] {
@@ -276,9 +276,9 @@ fn a_cell_has_the_mean_colour_of_its_points_and_blends_it_with_the_next_scans() 
     assert_eq!(map.color(cell), Some([20, 0, 101]));
     map.insert_scan_colored([0.05; 3], &points[..1], &[[40, 8, 0]]).unwrap();
     assert_eq!(map.color(cell), Some([30, 4, 50]));
-    // White is "no colour" in the files, and so stored a hair darker.
+    // White is "no colour" in the files, and is stored slightly darker.
     assert_eq!(map.color([0.05, 2.05, 0.05]), Some([255, 255, 254]));
-    // Free and unknown cells have none.
+    // Free and unknown cells have no colour.
     assert_eq!(map.color([0.55, 0.05, 0.05]), None);
     assert_eq!(map.color([9.0; 3]), None);
     assert_eq!(map.color([f64::NAN; 3]), None);
@@ -298,7 +298,7 @@ fn depth_frames_carry_their_colours() {
     let point = pose
         .transform_point(frame.camera().back_project([u as f64, v as f64], frame.depth().at(u, v).into()));
     assert_eq!(map.color(point), Some([(v * 32 + u) as u8, 7, 9]));
-    // Without a mode for colours they are ignored.
+    // Without the colour mode, colours are ignored.
     let mut plain = Octree::new(config(0.02, 5.0)).unwrap();
     plain.insert_depth(&frame, &SENSOR, Some(&mask), &pose).unwrap();
     assert_eq!(leaves_of(&plain), leaves_of(&map));
@@ -338,7 +338,7 @@ fn rays_without_a_length_end_in_their_first_cell() {
     }
 }
 
-/// Its index is -1, of all bits ones.
+/// The index of such a reading's cell is -1, whose bits are all ones.
 #[test]
 fn readings_one_cell_outside_are_counted() {
     let mut map = Octree::new(OctreeConfig::default()).unwrap();
@@ -358,7 +358,7 @@ fn converted_points_are_occupied_whatever_the_bounds() {
     }
 }
 
-/// Readings of 0.2 m, of 2 m and of 4 m in three parts of an image, for a sensor that is good for 0.3 to 3 m.
+/// Readings of 0.2 m, of 2 m and of 4 m in three parts of an image, for a sensor with a range of 0.3 to 3 m.
 #[test]
 fn readings_beyond_the_sensors_range_free_cells_up_to_its_end_and_nearer_ones_say_nothing() {
     let camera = PinholeCamera::new(30, 8, 26.0, 26.0, 14.5, 3.5).unwrap();

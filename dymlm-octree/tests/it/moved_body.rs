@@ -1,4 +1,4 @@
-//! A body of the octree that was moved.
+//! A body that was moved in the octree.
 
 use dymlm_core::Point;
 use dymlm_octree::{CellState, Octree, OctreeConfig, OctreeMotion};
@@ -22,7 +22,7 @@ fn a_moved_body_is_at_its_new_place_as_surely_as_it_was_at_the_old_one() {
     assert_eq!((motion.emptied, motion.occupied), (1, 1));
     assert_eq!(map.state(HERE.map(f64::from)), CellState::Free);
     assert_eq!(map.log_odds(THERE.map(f64::from)), Some(before));
-    // Seen there no more, it goes.
+    // Looked through at its new place, it is removed.
     for _ in 0..20 {
         map.insert_scan([0.0; 3], &[[2.02, 0.02, 0.02]]).unwrap();
     }

@@ -132,7 +132,7 @@ fn files_are_read_and_written_back_byte_by_byte() {
     assert_eq!(again, file);
 }
 
-/// A corridor recorded by the University of Freiburg. OctoMap says of it 532566 nodes, 428144 leaves.
+/// A corridor recorded by the University of Freiburg. OctoMap counts 532566 nodes and 428144 leaves in it.
 #[test]
 fn the_corridor_is_read_and_written_back() {
     let Some(path) = recording("octomap/geb079.bt") else { return };

@@ -87,7 +87,7 @@ fn up_can_be_any_direction() {
             }
         }
     }
-    // A slanted direction has no holes: the wall still is closed.
+    // A slanted direction leaves no holes: the wall still is closed.
     let slanted = upright.project([0.05, 0.08, 1.0], 0.5, 1.2).unwrap();
     assert!(occupied(&slanted) >= 30);
 }
@@ -170,7 +170,7 @@ fn a_large_leaf_takes_as_long_as_its_face() {
     let read = |depth| Octree::read_bt(file_of_one_leaf(depth).as_slice(), OctreeConfig::default()).unwrap();
     let [small, large] = [read(8), read(6)];
     for up in [[0.0, 0.0, 1.0], [0.2, 0.1, 1.0]] {
-        // 16 times the columns, of 4 times as many cells.
+        // The large leaf has 16 times as many columns, each with 4 times as many cells.
         let most = 32.0;
         let project = |map: &Octree| map.project(up, f64::NEG_INFINITY, f64::INFINITY).unwrap();
         let times = growth(most, &small, &large, project);
@@ -178,7 +178,7 @@ fn a_large_leaf_takes_as_long_as_its_face() {
     }
 }
 
-/// Columns are followed from leaf to leaf; from cell to cell they say the same.
+/// Columns are followed from leaf to leaf; from cell to cell they would give the same.
 #[test]
 fn large_leaves_are_seen_as_their_cells() {
     let mut map = sample();
@@ -211,7 +211,7 @@ fn large_leaves_are_seen_as_their_cells() {
                 [CellState::Occupied, CellState::Free].map(|s| states.iter().filter(|&&t| t == s).count());
             let at = grid.at(index % grid.width(), index / grid.width());
             seen[at as usize] += 1;
-            // More than a grazed edge.
+            // More samples than on an edge that the line grazes.
             if most[0] > 10 {
                 assert_eq!(at, CellState::Occupied, "{up:?}");
             } else if most[0] == 0 && most[1] > 10 {

@@ -178,7 +178,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     /// Rays against small steps along them: no sample before the end may lie in a cell that would have
-    /// stopped it.
+    /// stopped the ray.
     #[test]
     fn rays_stop_at_the_first_cell_that_stops_them(seed in 0..50_u64, origin in [-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], direction in [-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], pass: bool, max_range in 0.5..8.0_f64) {
         let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -187,7 +187,7 @@ proptest! {
         let unknown = if pass { UnknownCells::Pass } else { UnknownCells::Stop };
         let hit = map.cast_ray(origin, direction, max_range, unknown).unwrap();
         let at = |t: f64| std::array::from_fn(|i| origin[i] + direction[i] / length * t);
-        // Samples a hair from a border may fall on either side of it.
+        // Samples very near a border may fall on either side of it.
         let border = |point: [f64; 3]| point.iter().any(|c| ((c / 0.25) - (c / 0.25).round()).abs() < 1e-4);
         let mut t = 0.0;
         while t < hit.distance - 1e-4 {
@@ -247,7 +247,7 @@ fn rays_without_a_start_or_a_direction_are_none() {
     assert_eq!(cast([0.0; 3], [0.0; 3]), None);
     assert_eq!(cast([0.0; 3], [f64::INFINITY, 0.0, 0.0]), None);
     assert_eq!(cast([0.0; 3], [0.0, f64::NAN, 0.0]), None);
-    // Tiny and huge directions are directions.
+    // Tiny and huge vectors have a direction too.
     for length in [1e-300, 1e-20, 1e20, 1e300] {
         assert_eq!(cast([0.1; 3], [length, 0.0, 0.0]), cast([0.1; 3], [1.0, 0.0, 0.0]));
     }
@@ -282,11 +282,11 @@ fn merged_maps_add_their_evidence() {
             );
         }
         assert_eq!(leaves_of(&merged), expected.leaves());
-        // Both ways round.
+        // The other order gives the same.
         let mut other_way = second.clone();
         other_way.merge(&first).unwrap();
         assert_eq!(leaves_of(&other_way), leaves_of(&merged));
-        // With nothing: no change.
+        // Merging an empty map changes nothing.
         let before = leaves_of(&merged);
         merged.merge(&Octree::new(config(0.25, 1.0)).unwrap()).unwrap();
         assert_eq!(leaves_of(&merged), before);

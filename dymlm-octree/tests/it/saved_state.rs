@@ -1,4 +1,4 @@
-//! A map in parts comes back to the bit, and bad parts do no harm.
+//! A map saved in parts is restored bit by bit, and damaged parts do no harm.
 
 #![cfg(feature = "state")]
 use crate::common::changes::{apply, changes, file};

@@ -9,7 +9,7 @@ fn wall(distance: f32) -> Frame {
     Frame::new(0.0, camera, DepthImage::new(320, 240, vec![distance; 320 * 240]).unwrap(), None).unwrap()
 }
 
-/// The directions of a laser with 64 rings.
+/// Points at this distance in the directions of a laser with 64 rings.
 fn rings(distance: f32) -> Vec<[f32; 3]> {
     let ring = |i: usize| (i as f32 / 64.0 - 0.7) * 0.45;
     let ray = |i: usize| {
@@ -44,7 +44,7 @@ fn cells_too_small_for_the_range_are_refused_and_change_nothing() {
                 assert!(matches!(refusal, Err(Error::ScanSize { .. })), "{resolution} {range} {refusal:?}");
             }
             assert_eq!(map.counts(), before);
-            // The lists of cells, no more.
+            // Only the lists of cells may have grown.
             assert!(map.memory_bytes() < bytes + (32 << 20), "{}", map.memory_bytes());
             // Nothing of the refused scan is left in the next one.
             let report = map.insert_scan([0.0; 3], &[[0.01, 0.0, 0.0]]).unwrap();

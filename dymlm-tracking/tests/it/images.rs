@@ -1,4 +1,4 @@
-//! Grey images and image pyramids.
+//! Grey images and pyramids of them.
 
 use dymlm_core::ColorImage;
 use dymlm_tracking::{Error, GrayImage, ImagePyramid};

@@ -1,4 +1,4 @@
-//! Surfaces of objects to track.
+//! Surfaces of objects to follow.
 
 use dymlm_core::Point;
 use dymlm_core::vector3::{dot, unit};

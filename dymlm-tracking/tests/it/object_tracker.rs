@@ -1,4 +1,4 @@
-//! A hand carries things through the rendered office, and the tracker must know their poses.
+//! A hand carries things through the rendered office; the tracker must know where they are.
 
 use dymlm_core::{DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
 use dymlm_sim::{

@@ -16,7 +16,7 @@ pub(super) struct Descent {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
     iterations: usize,
-    /// Ends when an iteration takes no greater share off the volume than this.
+    /// The descent ends when an iteration takes no greater share off the volume than this.
     least_gain: f64,
 }
 
@@ -25,10 +25,10 @@ pub(super) const FINE: Effort = Effort { iterations: 60, least_gain: 1e-7 };
 
 /// First step, radians.
 const FIRST_STEP: f64 = 0.1;
-/// Boxes tried on a line.
+/// Greatest number of boxes tried on a line.
 const MOST_TRIALS: usize = 16;
-/// Of the slope at the beginning of a line: what a step must gain (Armijo), and what slope must be left at
-/// its end (Wolfe). Usual values.
+/// Shares of the slope at the beginning of a line: the gain that a step must reach (Armijo), and the slope
+/// that may be left at its end (Wolfe). Usual values.
 const ENOUGH_GAIN: f64 = 1e-4;
 const ENOUGH_SLOPE: f64 = 0.5;
 
@@ -56,7 +56,7 @@ impl Descent {
     }
 }
 
-/// Turns a box until its volume is least nearby.
+/// Turns a box until its volume is at a local minimum.
 ///
 /// The volume has kinks where a side comes to touch another vertex, and minima mostly are where several
 /// kinks meet. BFGS with a line search by bisection finds them: its matrix learns the kinks as directions of
@@ -82,7 +82,7 @@ pub(super) fn descend(hull: &VertexGraph, at: &mut Descent, effort: Effort) {
     }
 }
 
-/// The box at the end of a step down a line and the step; `None` when none is found that gains.
+/// The box at the end of a step down a line, and the step; `None` when no step is found that gains.
 fn search_line(
     hull: &VertexGraph,
     from: &Descent,
@@ -113,7 +113,7 @@ fn search_line(
     best
 }
 
-/// Takes what a step has shown of the curvature into the inverse of its matrix.
+/// Updates the inverse of the curvature's matrix by what a step has shown (BFGS).
 fn update(inverse: &mut [Vector3; 3], step: Vector3, change: Vector3) {
     let curvature = dot(step, change);
     if curvature <= 0.0 || curvature.is_nan() {

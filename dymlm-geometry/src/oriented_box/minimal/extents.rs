@@ -3,16 +3,17 @@ use dymlm_core::vector3::{Vector3, along, cross, difference};
 use super::rotation::Axes;
 use crate::convex_polytope::VertexGraph;
 
-/// How far a hull extends along three axes, and the vertices that say so.
+/// How far a hull extends along three axes, and the vertices at the ends.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Extents {
     lengths: Vector3,
-    /// Of each axis the vertices at its lower and upper end.
+    /// The vertices at the lower and upper end of each axis.
     touching: [[u32; 2]; 3],
 }
 
 impl Extents {
-    /// Of a hull; searched from vertices that touched other axes, better near ones.
+    /// The extents of a hull, searched from vertices that touched other axes; the nearer these axes, the
+    /// faster.
     pub(super) fn of(hull: &VertexGraph, axes: &Axes, near: [[u32; 2]; 3]) -> Self {
         let mut own = Self::default();
         for axis in 0..3 {

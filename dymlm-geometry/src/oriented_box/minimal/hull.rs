@@ -12,22 +12,23 @@ const FEW: usize = 2048;
 const SPAN: usize = 512;
 const SAMPLE: usize = 4;
 
-/// Points are compared with the hull of those before in blocks of this many, after each of which it may be
-/// computed anew.
+/// Points are compared with the hull of earlier points in blocks of this many; after each block the hull may
+/// be computed again.
 const BLOCK: usize = 4096;
 
-/// The hull is computed anew when there are more candidates than `MANY`, twice that the next time and so on,
-/// and `MANY_FOR_VERTEX` for each of its vertices. So all computations together cost little more than the
-/// last, also where the surface is full of points that no cone can tell from vertices.
+/// The hull is computed again when there are more candidates than `MANY`, twice that the next time and so on,
+/// plus `MANY_FOR_VERTEX` for each of its vertices. So all computations together cost little more than the
+/// last one, even where the surface is full of points that no cone can tell from vertices.
 const MANY: usize = 2048;
 const MANY_FOR_VERTEX: usize = 4;
 
 /// Points less than this outside the hull, in standard deviations of the cloud, are left out: a hundred
-/// thousandth of the box at most, against the thousandths that the search is good to. Without it, each point
-/// of a plane face that was turned and rounded were a vertex.
+/// thousandth of the box at most, while the search is good to thousandths. Without this, each point of a
+/// plane face that was turned and rounded would be a vertex.
 const TOLERANCE: f64 = 1e-5;
 
-/// Where a cloud has its centroid in the origin, and variance 1 along each of its principal axes.
+/// The map after which a cloud has its centroid in the origin, and variance 1 along each of its principal
+/// axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Whitening {
     center: Vector3,
@@ -36,7 +37,7 @@ pub(super) struct Whitening {
 }
 
 impl Whitening {
-    /// `None` of a cloud in a plane, to rounding.
+    /// `None` for a cloud in a plane, to rounding.
     pub(super) fn of(principal: &PrincipalAxes) -> Option<Self> {
         (principal.rank == 3).then(|| {
             let deviations = principal.variances.map(f64::sqrt);
@@ -79,7 +80,7 @@ impl HullScratch {
         Some(&self.graph)
     }
 
-    /// Takes for candidates the points that may be on the hull.
+    /// Takes as candidates the points that may be on the hull.
     fn gather_outer(&mut self, points: &[Point], whitening: &Whitening) {
         let sample = points.chunks(SPAN).flat_map(|span| finite(span).take(SAMPLE));
         self.candidates.extend(sample.map(|point| whitening.apply(point)));
@@ -101,7 +102,7 @@ impl HullScratch {
         for four in fours {
             let [a, b, c, d] = four;
             let whitened = [whitening.apply(a), whitening.apply(b), whitening.apply(c), whitening.apply(d)];
-            // Without a branch for each.
+            // Without a branch for each point.
             if !(has_inner && inner.contain_all(&whitened)) {
                 let outer = four
                     .iter()
@@ -113,8 +114,8 @@ impl HullScratch {
         candidates.extend(finite(rest).map(|point| whitening.apply(point)));
     }
 
-    /// Leaves the vertices of the candidates' hull alone, and takes the region inside from them; false when
-    /// they are in one plane.
+    /// Keeps only the vertices of the candidates' hull, and takes the region inside it; false when the
+    /// candidates are in one plane.
     fn drop_inner(&mut self) -> bool {
         let is_solid = self.take_hull();
         if is_solid {

@@ -16,7 +16,7 @@ use dymlm_core::vector3::{Vector3, combined, cross, with_positive_greatest};
 
 use crate::principal_axes::PrincipalAxes;
 
-/// So many of the starts with the least volumes are followed some way down, and so many to the end.
+/// How many of the starts with the least volumes are followed some way down, and how many to the end.
 const FOLLOWED: usize = 150;
 const FINISHED: usize = 30;
 
@@ -54,7 +54,7 @@ impl MinimalAxes {
     }
 }
 
-/// Keeps those with the least volumes, of equal ones the first.
+/// Keeps the `count` descents with the least volumes; of equal ones, the first.
 fn keep_least(descents: &mut Vec<Descent>, count: usize) {
     descents.sort_by(|a, b| a.volume().total_cmp(&b.volume()));
     descents.truncate(count);

@@ -3,8 +3,8 @@ use dymlm_core::vector3::{Vector3, dot};
 /// Three axes at right angles.
 pub(super) type Axes = [Vector3; 3];
 
-/// The axes turned by twice the arc tangent of half the length of a vector, about it: to first order by its
-/// length. Without functions that differ between machines.
+/// The axes turned about a vector, by twice the arc tangent of half its length: to first order by its length.
+/// No functions are used that differ between machines.
 pub(super) fn turned(axes: &Axes, by: Vector3) -> Axes {
     let rotation = rotation(by.map(|x| 0.5 * x));
     axes.map(|axis| rotation.map(|row| dot(row, axis)))

@@ -3,10 +3,10 @@ use dymlm_core::vector3::Vector3;
 use super::rotation::{Axes, rotation};
 
 /// Rotations from which boxes are searched: a lattice of Rodrigues vectors (axis times the tangent of half
-/// the angle) over all boxes that differ. Beyond an eighth of a turn about an axis, and beyond a third of a
-/// turn about a diagonal, a box's sides have but changed places.
+/// the angle) over all boxes that differ. Beyond an eighth of a turn about an axis, or a sixth of a turn
+/// about a diagonal, the boxes are the same with their sides in another order.
 pub(super) struct StartRotations {
-    /// Steps from no rotation to an eighth of a turn.
+    /// Number of steps from no rotation to an eighth of a turn.
     steps: i8,
 }
 
@@ -17,7 +17,7 @@ pub(super) const START_ROTATIONS: StartRotations = StartRotations { steps: 3 };
 const EIGHTH_OF_A_TURN: f64 = std::f64::consts::SQRT_2 - 1.0;
 
 impl StartRotations {
-    /// The axes of each, neighbours after one another.
+    /// The axes of each rotation; successive rotations are neighbours.
     pub(super) fn axes(&self) -> impl Iterator<Item = Axes> {
         let steps = self.steps;
         let step = EIGHTH_OF_A_TURN / f64::from(steps);
