@@ -2,11 +2,11 @@
 //!
 //! A [`Sequence`] shows a [`Room`] in which people walk or sit ([`Activity`]): depth and colour as a depth
 //! camera would give them ([`SensorConfig`]), the boxes of a 2D detector with its failures
-//! ([`DetectorConfig`]), and beside them what no recording has: exact poses, exact depth, exact masks of the
-//! people. [`SequenceType`] names the eight usual ones, [`SequenceConfig::random_room`] gives as many others
-//! as there are seeds, [`SequenceConfig::building`] floors of buildings. [`Truth`] gathers the exact
-//! surfaces, the volume that people swept, flat faces and labelled objects, which the scores of the crate
-//! `dymlm-metrics` ask for.
+//! ([`DetectorConfig`]), and beside these what no recording has: exact poses, exact depth, exact masks of the
+//! people. [`SequenceType`] names the eight usual sequences, [`SequenceConfig::random_room`] gives another
+//! room for each seed, [`SequenceConfig::building`] a floor of a building. [`Truth`] gathers the exact
+//! surfaces, the volume that people swept, flat faces and labelled objects: the truth that the scores of the
+//! crate `dymlm-metrics` need.
 //!
 //! Every frame is a function of the config and its index alone: the same bits in any order, on any number of
 //! threads, with the feature `parallel` on or off.

@@ -1,4 +1,4 @@
-//! Random numbers that depend on what they are for, not on the order in which they are drawn.
+//! Random numbers that depend on their purpose, not on the order in which they are drawn.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -13,14 +13,15 @@ pub(crate) enum Use {
     PoseError = 4,
 }
 
-/// The stream for `index` (below 2^32) and `part` (below 2^28) of one use under a seed.
+/// The stream of random numbers for one seed and purpose, `index` (below 2^32) and `part` (below 2^28).
 pub(crate) fn stream(seed: u64, purpose: Use, index: u64, part: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(((purpose as u64) << 60) ^ (index << 28) ^ part);
     rng
 }
 
-/// Standard normal numbers from 12 random bits: the quantiles of 4096 equal shares, within 3.7 sigma.
+/// Turns 12 random bits into a standard normal number: one of 4096 equally likely quantiles, within 3.7
+/// sigma.
 #[derive(Debug, Clone)]
 pub(crate) struct NormalTable {
     quantiles: Vec<f32>,
@@ -31,14 +32,14 @@ impl NormalTable {
         Self { quantiles: (0..4096).map(|i| normal_quantile((f64::from(i) + 0.5) / 4096.0) as f32).collect() }
     }
 
-    /// The number for the lowest 12 of some random bits.
+    /// The normal number that the lowest 12 bits select.
     #[inline]
     pub(crate) fn normal(&self, bits: u64) -> f32 {
         self.quantiles[(bits & 0xfff) as usize]
     }
 }
 
-/// The x below which a standard normal variable lies with probability `p`; infinite at 0 and 1. Relative
+/// The x below which a standard normal variable falls with probability `p`; infinite at 0 and 1. Relative
 /// error below 1.2e-9 (P. J. Acklam's rational approximation, 2003).
 pub(crate) fn normal_quantile(p: f64) -> f64 {
     const TAIL: f64 = 0.02425;

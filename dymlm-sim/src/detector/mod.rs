@@ -1,4 +1,4 @@
-//! What a 2D detector makes of the exact masks.
+//! A simulated 2D detector: turns exact masks into boxes with a detector's errors.
 
 mod config;
 mod model;

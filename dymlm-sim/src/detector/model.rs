@@ -9,10 +9,11 @@ use crate::scene::{Part, Scene};
 
 /// A 2D detector: from exact masks to boxes.
 ///
-/// How sure it is of a thing, which sides of its box it cuts and what it takes it for are smooth random
-/// functions of time, one a thing, so that failures come in bursts; a failure happens where the function is
+/// Its confidence in a thing, the sides of the box that it cuts and the label that it gives are smooth random
+/// functions of time for each thing, so that failures come in bursts; a failure happens while the function is
 /// below the normal quantile of its rate. Confidence grows with the size of the view. Jitter and surplus
-/// boxes are drawn anew each frame. Of boxes of one label that overlap much, the best remains. O(pixels).
+/// boxes are drawn anew each frame. Of boxes of one label that overlap much, only the one with the highest
+/// score remains. O(pixels).
 #[derive(Debug, Clone)]
 pub(crate) struct Detector {
     config: DetectorConfig,
@@ -38,9 +39,9 @@ enum Mood {
     Bottom = 4,
 }
 
-/// Smallest score that is reported.
+/// Lowest score that is reported.
 const MIN_SCORE: f64 = 0.25;
-/// Score at the median and near the top of the recorded people's boxes.
+/// Median of the recorded people's scores, and a score near their maximum.
 const USUAL_SCORE: f64 = 0.835;
 const BEST_SCORE: f64 = 0.95;
 
@@ -91,7 +92,7 @@ impl Detector {
         found
     }
 
-    /// The score of a view, or `None` when it is missed.
+    /// The score of a view, or `None` when the view is missed.
     fn score(
         &self,
         visible: &Visible,
@@ -131,7 +132,8 @@ impl Detector {
         if confused { mistaken_for(label) } else { label }
     }
 
-    /// The box around a view: sides at the image's border stay there, the others jitter, some are cut short.
+    /// The box around a view: sides at the image border stay there, the others jitter, and some are moved
+    /// inwards.
     fn box_around(
         &self,
         visible: &Visible,
@@ -156,10 +158,10 @@ impl Detector {
         ]
     }
 
-    /// The part of the extent that is cut off a side, 0 at most times.
+    /// The share of the extent that is cut off at a side, 0 most of the time.
     fn cut(&self, mood: Mood, rate: f64, instance: usize, time: f64) -> f64 {
         let below = normal_quantile(rate) - self.mood(mood, instance, time);
-        // A fifth of the full depth at once, all of it one sigma further down.
+        // A cut begins with a fifth of the full depth and reaches all of it one sigma below the threshold.
         if below > 0.0 { self.config.cut_depth * (0.2 + 0.8 * below).min(1.0) } else { 0.0 }
     }
 
@@ -170,7 +172,8 @@ impl Detector {
         let (knot, fraction) = (position.floor(), position.fract());
         let at = |knot: f64| {
             let key = (instance as u64) << 4 | mood as u64;
-            // Knots take the larger field, so that long recordings do not repeat.
+            // The knot's number takes the larger of the stream's two fields, so that long recordings do not
+            // repeat.
             f64::from(self.normals.normal(stream(self.seed, Use::Confidence, knot as u64, key).next_u64()))
         };
         let (before, after) = (1.0 - fraction, fraction);
@@ -224,7 +227,7 @@ fn score_of(confidence: f64, rates: &DetectionRates) -> Option<f64> {
     Some(score)
 }
 
-/// Another label for a thing, as detectors confuse them.
+/// The label that detectors confuse with a thing's own.
 fn mistaken_for(label: &'static str) -> &'static str {
     match label {
         "tv" | "book" => "laptop",

@@ -1,4 +1,4 @@
-//! From bodies to images: depth, colour, and what is seen where.
+//! Renders bodies to images: depth, colour, and the body that each pixel shows.
 
 mod renderer;
 mod shader;

@@ -10,12 +10,12 @@ use super::shader::{Shader, TILE};
 use super::view::View;
 use crate::scene::Part;
 
-/// What the rays through the pixels' centres meet, row by row.
+/// What the rays through the pixels' centres hit, row by row.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rendering {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Exact depth along the optical axis, metres; 0 where there is nothing.
+    /// Exact depth along the optical axis, metres; 0 where the ray hits nothing.
     pub(crate) depth: Vec<f32>,
     /// Cosine of the angle between ray and surface normal.
     pub(crate) incidence: Vec<f32>,
@@ -29,9 +29,9 @@ pub(crate) const NOTHING: u16 = u16::MAX;
 
 /// Casts one ray a pixel at the parts.
 ///
-/// Each part is bounded by a rectangle of the image and by its nearest depth; a tile's rays ask only the
-/// parts whose rectangles meet it, nearest first, until the rest lies behind the hit: O(pixels x parts that
-/// overlap there).
+/// Each part is bounded by a rectangle of the image and by its nearest depth. The rays of a tile test only
+/// the parts whose rectangles overlap the tile, nearest first, until all other parts are behind the hit:
+/// O(pixels x parts that overlap the pixel).
 pub(crate) fn render(
     camera: &PinholeCamera,
     scene_from_camera: &Pose3,
@@ -58,7 +58,7 @@ pub(crate) fn render(
 }
 
 impl Rendering {
-    /// Nothing anywhere.
+    /// Sets the size of all images and empties them.
     fn clear(&mut self, width: usize, height: usize) {
         fn refill<T: Copy>(values: &mut Vec<T>, pixels: usize, value: T) {
             values.clear();
@@ -73,7 +73,7 @@ impl Rendering {
     }
 }
 
-/// Some rows of a rendering, to be filled independently of the others.
+/// Some rows of a rendering, filled independently of the other rows.
 struct Band<'a> {
     first_row: usize,
     width: usize,
@@ -139,7 +139,7 @@ impl Band<'_> {
     }
 }
 
-/// A tile's share of a row, to be filled.
+/// The pixels of a row that belong to one tile, to be filled.
 struct Row<'a> {
     depth: &'a mut [f32],
     incidence: &'a mut [f32],
@@ -172,8 +172,8 @@ fn render_row(row: &mut Row<'_>, rays: &Rays<'_>, candidates: &[&View<'_>], shad
     }
 }
 
-/// The first hit of the `k`-th ray among views that reach the row, nearest first, and its depth: a direction
-/// with z = 1 makes the parameter of a hit its depth.
+/// The first hit of the `k`-th ray and its depth; `candidates` are the views that overlap the row, nearest
+/// first. The ray's direction has z = 1, so that the parameter of a hit is its depth.
 #[inline]
 fn cast<'a>(rays: &Rays<'_>, k: usize, candidates: &[&'a View<'a>]) -> Option<(&'a View<'a>, f32)> {
     let u = rays.first_column + k;
@@ -195,7 +195,7 @@ fn cast<'a>(rays: &Rays<'_>, k: usize, candidates: &[&'a View<'a>]) -> Option<(&
     hit.map(|view| (view, depth))
 }
 
-/// Rays through neighbouring pixels of a row: directions (x, y, 1) in the camera.
+/// Rays through neighbouring pixels of a row: directions (x, y, 1) in the camera's frame.
 struct Rays<'a> {
     first_column: usize,
     x: &'a [f32],

@@ -4,16 +4,16 @@ use parry3d::math::Vec3;
 use super::view::View;
 use crate::scene::{Shape, face_normal, surface_coordinates};
 
-/// Size of the tiles that share a list of parts, pixels.
+/// Width and height of the tiles whose rays share a list of parts, pixels.
 pub(super) const TILE: [usize; 2] = [32, 16];
-/// Light that comes from all sides, beside the two lamps.
+/// Brightness of the light from all sides, in addition to the two lamps.
 const AMBIENT: f32 = 0.48;
 
-/// Gives colours to neighbouring pixels of a row that show one part: its material in the light of the room
-/// (Lambert). The pixels go through each step together, in loops without branches, which become vector code.
+/// Colours neighbouring pixels of a row that show one part: its material in the light of the room (Lambert).
+/// Each step is a loop over all the pixels without branches, which compiles to vector code.
 #[derive(Debug)]
 pub(super) struct Shader {
-    /// Along the surface, metres.
+    /// Coordinates along the surface, metres.
     s: [f32; TILE[0]],
     t: [f32; TILE[0]],
     mix: [f32; TILE[0]],
@@ -28,8 +28,8 @@ impl Default for Shader {
 }
 
 impl Shader {
-    /// Shades at most a tile's width of pixels: rays (x, y, 1) in the camera, each hitting the part at its
-    /// depth. All lists are of one length.
+    /// Shades at most a tile's width of pixels; their rays (x, y, 1) in the camera's frame hit the part at
+    /// the given depths. All lists have the same length.
     pub(super) fn shade(
         &mut self,
         view: &View<'_>,
@@ -40,7 +40,7 @@ impl Shader {
         color: &mut [Rgb],
     ) {
         let rays = x.iter().map(|&x| Vec3::new(x, y, 1.0)).zip(depth.iter().copied());
-        // One loop for the shapes with the most pixels.
+        // The shapes that cover the most pixels get loops of their own.
         match view.shape {
             Shape::Cuboid(cuboid) => {
                 self.light(view, rays, incidence, |point| face_normal(point / cuboid.half_extents));
@@ -58,7 +58,7 @@ impl Shader {
         }
     }
 
-    /// Place on the surface, incidence and light of each pixel.
+    /// Computes each pixel's coordinates on the surface, incidence and light.
     #[inline(always)]
     #[allow(clippy::inline_always, reason = "a call a pixel would keep the loop scalar")]
     fn light(

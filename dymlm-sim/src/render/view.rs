@@ -3,29 +3,30 @@ use parry3d::math::{Mat3, Pose3, Vec3};
 
 use crate::scene::{Material, Part, Shape};
 
-/// A part as the camera sees it: where in the image its rays can be, and the way into its frame.
+/// A part as the camera sees it: the rectangle of the image that it can cover, and the transform into its
+/// frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View<'a> {
     pub(super) shape: Shape,
     pub(super) material: &'a Material,
     pub(super) index: u16,
-    /// Takes directions of the camera to the part's frame.
+    /// Rotates directions from the camera's frame into the part's.
     pub(super) part_from_camera: Mat3,
-    /// The camera's place in the part's frame.
+    /// The camera's position in the part's frame.
     pub(super) eye: Vec3,
-    /// Directions to the lamps in the part's frame, as long as they are bright.
+    /// Directions to the lamps in the part's frame; their lengths are the lamps' brightness.
     pub(super) lamps: [Vec3; 2],
     /// Columns and rows outside of which no ray meets the part, half-open.
     pub(super) columns: [usize; 2],
     pub(super) rows: [usize; 2],
-    /// No hit is nearer (a room: any other hit is nearer).
+    /// Lower bound of the depths of hits, metres; for a room a huge value, so that it is tested last.
     pub(super) nearest: f32,
 }
 
 /// Depth of the plane at which bodies are cut off before they are projected, metres.
 const NEAR: f32 = 0.02;
 
-/// Where the light comes from, in the scene, and how much: two lamps.
+/// Directions to the two lamps in the scene's frame, and their brightness.
 const LAMPS: [(Vec3, f32); 2] = [(Vec3::new(0.30, -0.45, 0.84), 0.45), (Vec3::new(-0.80, -0.30, 0.52), 0.18)];
 
 impl<'a> View<'a> {
@@ -42,7 +43,7 @@ impl<'a> View<'a> {
         let camera_from_part = *camera_from_scene * part.scene_from_part;
         let corners = corners(part.shape.half_extents()).map(|corner| camera_from_part * corner);
         let nearest = match part.shape {
-            // Behind whatever else there is: asked last, and only where nothing else was hit.
+            // The room is behind everything else: it is tested last, and only where nothing else was hit.
             Shape::Interior(_) => 0.5 * f32::MAX,
             _ => corners.iter().map(|corner| corner.z).fold(f32::INFINITY, f32::min),
         };
@@ -62,7 +63,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Whether rays of a rectangle of the image can meet the part.
+    /// Whether rays through a rectangle of the image can hit the part.
     pub(super) fn overlaps(&self, columns: [usize; 2], rows: [usize; 2]) -> bool {
         self.columns[0] < columns[1]
             && columns[0] < self.columns[1]
@@ -78,7 +79,8 @@ fn corners(half: Vec3) -> [Vec3; 8] {
     })
 }
 
-/// Columns and rows that the box with the given corners can cover: the bounds of its part before the camera.
+/// Columns and rows that the box with the given corners can cover: the image bounds of what is before the
+/// near plane.
 fn image_bounds(corners: &[Vec3; 8], camera: &PinholeCamera) -> Option<([usize; 2], [usize; 2])> {
     let mut low = [f32::INFINITY; 2];
     let mut high = [f32::NEG_INFINITY; 2];
@@ -92,7 +94,7 @@ fn image_bounds(corners: &[Vec3; 8], camera: &PinholeCamera) -> Option<([usize; 
         if corner.z >= NEAR {
             include(corner);
         }
-        // Where an edge passes through the near plane, the box is cut.
+        // An edge that crosses the near plane is cut there.
         for bit in 0..3 {
             let other = corners[k ^ (1 << bit)];
             if corner.z < NEAR && other.z > NEAR {
@@ -101,7 +103,7 @@ fn image_bounds(corners: &[Vec3; 8], camera: &PinholeCamera) -> Option<([usize; 
         }
     }
     let span = |low: f32, high: f32, count: usize| {
-        // Half a pixel more on both sides against rounding.
+        // Half a pixel is added on both sides, against rounding.
         let first = (low - 0.5).ceil().max(0.0) as usize;
         let end = ((high + 0.5).floor().max(-1.0) + 1.0) as usize;
         let end = end.min(count);

@@ -7,6 +7,6 @@ pub enum Activity {
     Walking,
     /// They sit on chairs, gesture and turn their heads: slightly dynamic.
     Sitting,
-    /// They sit close at desks, their legs below, and type: what is behind them is hardly ever seen.
+    /// They sit close at desks with their legs below, and type: surfaces behind them are hardly ever seen.
     AtDesks,
 }

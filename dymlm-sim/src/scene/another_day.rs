@@ -12,24 +12,25 @@ use crate::noise::{Use, stream};
 use crate::to_pose::to_pose;
 use crate::truth::box_around;
 
-/// What people move about, of what stands on the floor.
+/// Labels of the things on the floor that people move about.
 const MOVABLE: [&str; 4] = ["chair", "potted plant", "suitcase", "teddy bear"];
-/// The share of things that stand elsewhere on another day, that are gone, and beside which there is another
-/// of their kind.
+/// Shares of these things that stand elsewhere on another day, that are gone, and near which a second one of
+/// their kind stands.
 const MOVED: f64 = 0.25;
 const GONE: f64 = 0.15;
 const DOUBLED: f64 = 0.15;
-/// Places that are tried for a thing.
+/// Random places that are tried for each thing.
 const TRIES: usize = 200;
-/// How far away the new place is, metres.
+/// Distance of the new place from the old one, metres.
 const WAY: std::ops::Range<f32> = 1.0..3.0;
-/// Height over all furniture, metres: between places that see each other there is no wall.
+/// A height above all furniture, metres: if the line of sight between two places is free at this height, no
+/// wall is between them.
 const OVER_FURNITURE: f32 = 2.1;
 
-/// Things of another day.
+/// Rearranges the things for another day.
 impl Scene {
-    /// Moves things that nobody uses to free places that the camera does not pass, takes some away and brings
-    /// others, all drawn from the seed and the day.
+    /// Moves some things that nobody uses to free places off the camera's path, removes some and adds others,
+    /// all drawn from the seed and the day.
     pub(crate) fn rearrange(&mut self, stage: &Stage<'_>, seed: u64, day: u64) {
         let limbs = self.limbs(stage);
         for instance in 0..self.instances.len() {
@@ -57,7 +58,7 @@ impl Scene {
         }
     }
 
-    /// Where a labelled thing stands that can be moved, and its bodies in its own frame.
+    /// The place of a labelled thing and its bodies in its own frame; `None` if the thing cannot be moved.
     fn movable(&self, instance: usize) -> Option<(Place, Vec<Part>)> {
         let thing = self.instances.get(instance)?;
         let pose = thing.scene_from_thing;
@@ -95,7 +96,7 @@ impl Scene {
         })
     }
 
-    /// Adds a thing like another.
+    /// Adds a copy of a thing at another place.
     fn double(&mut self, instance: usize, place: &Place, parts: &[Part]) {
         let double = self.instances.len();
         let label = self.instances[instance].label;
@@ -105,7 +106,7 @@ impl Scene {
         self.static_parts.extend(parts);
     }
 
-    /// The box of a thing that stays; none where there is no such thing.
+    /// The box of a thing that stays; `None` if the scene has no such thing.
     pub(crate) fn place_of(&self, instance: usize) -> Option<OrientedBox> {
         let thing = self.instances.get(instance).filter(|thing| thing.motion == Motion::Still)?;
         let parts: Vec<&Part> = self.static_parts.iter().filter(|part| part.instance == instance).collect();

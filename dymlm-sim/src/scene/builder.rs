@@ -5,8 +5,8 @@ use super::person::{Action, Clothes};
 use super::shape::capsule_between;
 use super::{Instance, Material, Motion, Part, Person, Shape};
 
-/// Puts a scene together thing by thing. A thing's parts are given in a frame of its own: origin on the floor
-/// (or on what it stands on), z up, front towards -y.
+/// Puts a scene together thing by thing. A thing's parts are given in the thing's own frame: origin on the
+/// floor (or on the surface that the thing stands on), z up, front towards -y.
 #[derive(Debug, Default)]
 pub(super) struct Builder {
     pub(super) parts: Vec<Part>,
@@ -79,7 +79,7 @@ impl Builder {
         self
     }
 
-    /// A room of full lengths `size` about `center`, and a floor of 1 cm whose top is z = 0.
+    /// A room of full lengths `size` about (`x`, `y`), and a floor 1 cm thick whose top is z = 0.
     pub(super) fn walls_and_floor(
         &mut self,
         [x, y]: [f32; 2],
@@ -100,7 +100,7 @@ impl Builder {
         self.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 1.03], [0.9, 0.06, 2.06], material)
     }
 
-    /// Adds what another builder built, its origin at a pose.
+    /// Adds everything that another builder built, with its origin at the given pose.
     pub(super) fn join(&mut self, built: Self, scene_from_built: Pose3) {
         let first = self.instances.len();
         self.instances.extend(
@@ -116,8 +116,8 @@ impl Builder {
         }));
     }
 
-    /// Somebody of a `height` in metres, whose ways are given in a room's frame. People come after all things
-    /// that stay.
+    /// Adds a person of the given `height` in metres, whose actions are given in a room's frame. People come
+    /// after all things that stay.
     pub(super) fn person(
         &mut self,
         action: Action,

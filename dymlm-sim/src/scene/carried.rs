@@ -25,11 +25,12 @@ pub enum CarriedKind {
     Box,
 }
 
-/// How it is carried, after a second at rest and for six seconds, each time to another place of the table.
+/// How the thing moves on its way: it rests for a second and is then carried for six seconds to another place
+/// on the table, always with a final turn of 20 degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum CarriedMotion {
-    /// To and fro by 15 cm, without turning.
+    /// Moved to and fro by 15 cm, without tilting.
     #[default]
     Translation,
     /// Tilted towards the camera and away from it.
@@ -40,11 +41,11 @@ pub enum CarriedMotion {
     RotationZ,
     /// Shaken at up to 1 m/s.
     Fast,
-    /// Held still while another hand comes between it and the camera.
+    /// Held almost still (3 cm) while another hand comes between it and the camera.
     Occlusion,
 }
 
-/// What is carried, and how: for sequences that an object tracker has to follow.
+/// A carried thing and its motion: for testing object trackers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct CarriedObject {
@@ -60,7 +61,7 @@ impl CarriedObject {
         Self { kind, motion }
     }
 
-    /// Ten of them for judging trackers: translation, turns about each axis, partial occlusion and fast
+    /// Ten combinations for judging trackers: translation, turns about each axis, partial occlusion and fast
     /// motion.
     pub fn ten() -> [Self; 10] {
         [
@@ -100,23 +101,23 @@ impl fmt::Display for CarriedObject {
     }
 }
 
-/// When the object leaves its first place, and for how long it is carried, seconds.
+/// When the thing leaves its first place, and how long it is carried, seconds.
 const START: f32 = 1.0;
 const DURATION: f32 = 6.0;
 /// The small table on which it stands: centre, size, height.
 const TABLE: ([f32; 2], [f32; 2], f32) = ([0.07, -0.15], [1.1, 0.5], 0.74);
-/// Where it is taken and put down.
+/// Where the thing is picked up and put down.
 const FROM: [f32; 2] = [0.34, -0.20];
 const TO: [f32; 2] = [-0.20, -0.10];
-/// How high it is lifted.
+/// How high it is lifted, metres.
 const LIFT: f32 = 0.18;
-/// How much it is turned when it is put down.
+/// How far it has turned when it is put down, radians.
 const LAST_YAW: f32 = 0.35;
-/// From where it is looked at, about (the office's viewpoint).
+/// The camera's approximate position (the office's viewpoint).
 const EYE: Vec3 = Vec3::new(0.15, -1.45, 1.45);
 
-/// What the camera looks at: beyond the carried thing and below, as far as the desk, so that its glances stay
-/// as wide as they are.
+/// The point that the camera looks at: beyond and below the carried thing, as far away as the desk, so that
+/// the camera's turns keep their usual angles.
 pub(super) const TARGET: Vec3 = Vec3::new(0.0, 1.5, 0.35);
 
 const SKIN: Material = Material::new(Noise, 0.03, [0.72, 0.52, 0.42], [0.86, 0.67, 0.56]);
@@ -129,7 +130,7 @@ const CAP: Material = Material::new(Noise, 0.02, [0.60, 0.12, 0.10], [0.85, 0.30
 const GLAZE: Material = Material::new(Noise, 0.018, [0.92, 0.92, 0.90], [0.15, 0.25, 0.60]);
 const PRINT: Material = Material::new(Noise, 0.025, [0.45, 0.30, 0.16], [0.90, 0.76, 0.55]);
 
-/// A thing on its way, and the hands.
+/// A carried thing and the hands.
 #[derive(Debug, Clone)]
 pub(crate) struct Carried {
     what: CarriedObject,
@@ -137,18 +138,18 @@ pub(crate) struct Carried {
     hand: usize,
 }
 
-/// What comes into a room with a carried thing.
+/// Everything that a carried thing adds to a room.
 pub(super) struct CarriedSet {
     pub(super) carried: Carried,
-    /// The bodies of the table that it stands on.
+    /// The bodies of the table that the thing stands on.
     pub(super) table: Vec<Part>,
     /// The table, the thing and the hand.
     pub(super) instances: Vec<Instance>,
 }
 
 impl CarriedSet {
-    /// A small table before the camera's station, and on it a thing that a hand takes up, moves, and puts
-    /// down; the first of its instances has the number `first`.
+    /// A small table before the camera's station with a thing that a hand picks up, moves and puts down.
+    /// `first` is the number of the first instance.
     pub(super) fn new(what: CarriedObject, first: usize) -> Self {
         let mut table = Builder::default();
         furniture::table(&mut table, TABLE.0, 0.0, TABLE.1, TABLE.2, super::palette::OAK);
@@ -166,7 +167,7 @@ impl CarriedSet {
 }
 
 impl CarriedKind {
-    /// The COCO label; a box has none of its own there.
+    /// The COCO label; COCO has none for a box, which is called a suitcase.
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Book => "book",
@@ -190,13 +191,13 @@ impl CarriedKind {
 }
 
 impl Carried {
-    /// The label and full lengths of the thing.
+    /// The kind of the thing.
     pub(crate) fn kind(&self) -> CarriedKind {
         self.what.kind
     }
 
-    /// Where the thing's frame stands: origin in its middle, at rest x to the right, y away from the camera,
-    /// z upwards.
+    /// The pose of the thing's frame: origin in the thing's middle; at rest x to the right, y away from the
+    /// camera, z up.
     pub(crate) fn scene_from_object(&self, time: f64) -> Pose3 {
         let progress = ((time as f32 - START) / DURATION).clamp(0.0, 1.0);
         let held = smooth(0.0, 0.2, progress) * smooth(1.0, 0.8, progress);
@@ -204,7 +205,6 @@ impl Carried {
         let half_height = 0.5 * self.what.kind.lengths()[2];
         let place = |[x, y]: [f32; 2]| Vec3::new(x, y, TABLE.2 + half_height);
         let wave = |rounds: f32| (TAU * rounds * progress).sin();
-        // The larger things go less far, to stay in view.
         let mut offset = Vec3::ZERO;
         let mut turn = Vec3::ZERO;
         match self.what.motion {
@@ -224,7 +224,8 @@ impl Carried {
         Pose3::from_parts(translation, rotation)
     }
 
-    /// The thing's bodies and the hands' at `time` seconds, always as many in the same order.
+    /// Adds the bodies of the thing and of the hands at `time` seconds, always the same number in the same
+    /// order.
     pub(crate) fn pose(&self, time: f64, parts: &mut Vec<Part>) {
         let scene_from_object = self.scene_from_object(time);
         let mut add = |shape: Shape, object_from_part: Pose3, material: Material| {
@@ -276,12 +277,12 @@ impl Carried {
         }
     }
 
-    /// Fingers about the right side, a palm, a forearm that comes from the lower right.
+    /// Fingers around the thing's right side, a palm, and a forearm that comes from the lower right.
     fn carrying_hand(&self, time: f32, scene_from_object: &Pose3, parts: &mut Vec<Part>) {
         let half = 0.5 * Vec3::from(self.what.kind.lengths());
         let grip =
             smooth(0.2, START - 0.1, time) * smooth(START + DURATION + 0.7, START + DURATION + 0.1, time);
-        // The hand comes from the side, and goes where it came from.
+        // The hand comes from the side and leaves to the same side.
         let away = (1.0 - grip) * Vec3::new(0.45, -0.10, 0.12);
         let on_object = |point: Vec3| scene_from_object.transform_point(point) + away;
         let palm = on_object(Vec3::new(half.x + 0.035, -0.01, -0.2 * half.z));
@@ -321,7 +322,7 @@ impl Carried {
     }
 }
 
-/// From 0 at `zero` to 1 at `one` without a jerk, whichever of the two is larger.
+/// Rises smoothly from 0 at `x` = `zero` to 1 at `one`; `one` may also be the smaller of the two.
 pub(super) fn smooth(zero: f32, one: f32, x: f32) -> f32 {
     let t = ((x - zero) / (one - zero)).clamp(0.0, 1.0);
     t * t * t * (t * (6.0 * t - 15.0) + 10.0)

@@ -17,7 +17,7 @@ pub(crate) struct Cast {
     people: usize,
     /// Heights in metres and clothes.
     looks: [(f32, Clothes); 2],
-    /// Two values of 0..1 for each: speed and start of a walk, or what sets gestures apart.
+    /// Two values of 0..1 for each person: speed and start of a walk, or the phase of a sitter's gestures.
     pub(super) choice: [[f64; 2]; 2],
 }
 
@@ -31,18 +31,18 @@ impl Cast {
         Self { activity: config.activity, people: config.people, looks, choice }
     }
 
-    /// The usual two, as they are in the middle of what can be drawn.
+    /// The usual two people, with every random choice at its middle.
     #[cfg(test)]
     pub(crate) fn usual(activity: Activity, people: usize) -> Self {
         Self { activity, people, looks: PEOPLE, choice: [[0.5; 2]; 2] }
     }
 
-    /// Heights of the seats on which both sit with their feet flat on the floor, metres.
+    /// Heights of the seats on which the two sit with their feet flat on the floor, metres.
     pub(super) fn seat_heights(&self) -> [f32; 2] {
         self.looks.map(|(height, _)| Person::seat_height(height))
     }
 
-    /// Chairs of both, whether they come or not, and what they do on them.
+    /// Adds a chair for each of the two, present or not, and gives what they do on them.
     pub(super) fn sit(&self, b: &mut Builder, chairs: [([f32; 2], f32); 2]) -> [Action; 2] {
         for ((place, yaw), height) in chairs.into_iter().zip(self.seat_heights()) {
             furniture::swivel_chair(b, place, yaw, height);
@@ -51,13 +51,13 @@ impl Cast {
             .map(|(chair, phase)| self.sits(chair, phase))
     }
 
-    /// Somebody on a chair.
+    /// The action of somebody who sits on a chair.
     pub(super) fn sits(&self, (place, yaw): ([f32; 2], f32), phase: f64) -> Action {
         let Seat { position, heading, .. } = furniture::seat(place, yaw, phase);
         Action::Sits(Seat { position, heading, phase, types: self.activity == Activity::AtDesks })
     }
 
-    /// Two walks over given ways.
+    /// Two walks along the given ways.
     pub(super) fn walk(&self, ways: [&[[f32; 2]]; 2]) -> [Walk; 2] {
         [(ways[0], self.choice[0]), (ways[1], self.choice[1])].map(|(way, [speed, start])| {
             // 0.6 to 1 m/s: an unhurried walk indoors.
@@ -67,12 +67,12 @@ impl Cast {
         })
     }
 
-    /// They come in.
+    /// Adds the people to the scene.
     pub(super) fn enter(&self, b: &mut Builder, actions: [Action; 2]) {
         self.enter_room(b, actions, Pose3::IDENTITY);
     }
 
-    /// They come into a room that stands somewhere.
+    /// Adds the people in a room at the given pose.
     pub(super) fn enter_room(
         &self,
         b: &mut Builder,

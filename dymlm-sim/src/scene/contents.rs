@@ -15,17 +15,16 @@ use crate::truth::box_around;
 /// A room in its own frame: z up, the floor at z = 0, metres.
 #[derive(Debug, Clone)]
 pub(crate) struct Scene {
-    /// The bodies that stand at the end, and mostly all the time: see
-    /// [`static_parts_at`](Self::static_parts_at).
+    /// The bodies as they stand at the end of the sequence; most of them stand there all the time.
     pub(crate) static_parts: Vec<Part>,
-    /// The things that parts belong to.
+    /// The things that the parts belong to.
     pub(crate) instances: Vec<Instance>,
     pub(crate) people: Vec<Person>,
     /// The thing that a hand carries, if there is one.
     pub(crate) carried: Option<Carried>,
-    /// Where the camera finds its place.
+    /// Where the camera is and looks.
     pub(crate) viewpoint: Viewpoint,
-    /// What happens beside what people do.
+    /// The events.
     pub(crate) happenings: Vec<Happening>,
     /// The door on the wall.
     pub(super) door: Option<usize>,
@@ -36,7 +35,7 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// What was built, seen from a viewpoint, with a way for a trolley.
+    /// A scene from the things built, the viewpoint and the trolley's way.
     pub(super) fn of(built: Builder, viewpoint: Viewpoint, way: Walk) -> Self {
         let Builder { parts, instances, people, door, .. } = built;
         let (carried, happenings) = (None, Vec::new());
@@ -52,7 +51,7 @@ impl Scene {
         }
     }
 
-    /// In the office: adds a thing that a hand carries, and the camera looks at it.
+    /// In the office: adds a thing that a hand carries, and turns the camera towards it.
     pub(crate) fn carry(&mut self, what: CarriedObject) {
         let CarriedSet { carried, table, instances } = CarriedSet::new(what, self.instances.len());
         self.static_parts.extend(table);
@@ -61,8 +60,8 @@ impl Scene {
         self.carried = Some(carried);
     }
 
-    /// Puts all bodies at `time` seconds into `parts`, those that stand at the end first, always in the same
-    /// order.
+    /// Puts all bodies at `time` seconds into `parts`, always in the same order; the bodies that stand at the
+    /// end come first.
     pub(crate) fn parts_at(&self, time: f64, parts: &mut Vec<Part>, moving: &mut Vec<Part>) {
         self.moving_parts(time, moving);
         parts.clear();
@@ -78,8 +77,8 @@ impl Scene {
         parts.append(moving);
     }
 
-    /// Puts the bodies of all people, of the carried thing and of what is gone at the end into `parts`, at
-    /// `time` seconds.
+    /// Puts the bodies of all people, of the carried thing and of things that are gone at the end into
+    /// `parts`, at `time` seconds.
     pub(crate) fn moving_parts(&self, time: f64, parts: &mut Vec<Part>) {
         parts.clear();
         self.people.iter().for_each(|person| person.pose(time, parts));
@@ -87,8 +86,8 @@ impl Scene {
         self.happenings.iter().for_each(|happening| happening.pose_passing(time, parts));
     }
 
-    /// [`moving_parts`](Self::moving_parts), and the bodies that are not where they stand at the end: all
-    /// that can leave a trace.
+    /// [`moving_parts`](Self::moving_parts), and the bodies that are not yet where they stand at the end: all
+    /// bodies that can leave a ghost.
     pub(crate) fn passing_parts(&self, time: f64, parts: &mut Vec<Part>) {
         self.moving_parts(time, parts);
         for happening in self.happenings.iter().filter(|happening| happening.is_away(time)) {
@@ -97,8 +96,8 @@ impl Scene {
         }
     }
 
-    /// Those of [`passing_parts`](Self::passing_parts) that no detector reports: the first `overlooked`
-    /// people, and the things of events.
+    /// The [`passing_parts`](Self::passing_parts) that no detector reports: the first `overlooked` people,
+    /// and the things of events.
     pub(crate) fn undetected_parts(&self, time: f64, overlooked: usize, parts: &mut Vec<Part>) {
         self.passing_parts(time, parts);
         let is_event = |part: &Part| self.happening_to(part.instance).next().is_some();
@@ -113,7 +112,7 @@ impl Scene {
         self.people.iter().for_each(|person| person.pose(time, parts));
     }
 
-    /// Where a thing that an event moves stands before and after; `None` where it is not there.
+    /// The boxes of a thing before and after its event; `None` while the thing is not there.
     pub(crate) fn places_of(&self, happening: &Happening) -> [Option<OrientedBox>; 2] {
         [f64::NEG_INFINITY, f64::INFINITY].map(|time| {
             let mut parts = Vec::new();
@@ -126,17 +125,17 @@ impl Scene {
         })
     }
 
-    /// Whether a thing is a mover: of a kind that moves.
+    /// Whether a thing is a mover, moving or not.
     pub(crate) fn is_mover(&self, instance: usize) -> bool {
         self.instances.get(instance).is_some_and(|thing| thing.motion == Motion::Moves)
     }
 
-    /// Whether a thing is a mover, or in motion at a time.
+    /// Whether a thing is a mover, or is moved by an event at `time`.
     pub(crate) fn moves(&self, instance: usize, time: f64) -> bool {
         self.is_mover(instance) || self.happening_to(instance).any(|happening| happening.moves(time))
     }
 
-    /// Whether a thing is a mover, or not where it stands at the end.
+    /// Whether a thing is a mover, or at `time` is not where it stands at the end.
     pub(crate) fn is_away(&self, instance: usize, time: f64) -> bool {
         self.is_mover(instance) || self.happening_to(instance).any(|happening| happening.is_away(time))
     }

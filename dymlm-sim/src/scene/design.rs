@@ -2,7 +2,8 @@ use super::{Cast, Room, Scene};
 use crate::SequenceConfig;
 
 impl Scene {
-    /// The room of a sequence with its people; the seed decides where they start, or all of a random room.
+    /// The room of a sequence with its people. The seed decides where they start; it decides everything in a
+    /// random room.
     pub(crate) fn new(config: &SequenceConfig) -> Self {
         let cast = Cast::new(config);
         match config.room {

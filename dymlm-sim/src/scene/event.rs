@@ -6,24 +6,24 @@ use super::smooth;
 use super::walk::Walk;
 use super::{Instance, Part};
 
-/// What happens in the room beside what its people do, and that no detector reports: it has no label, or that
-/// of a thing that stays. Where and when is drawn from the seed.
+/// An event in the room apart from its people's motion. No detector reports its thing as a mover: the thing
+/// has no label, or the label of something that stays. Place and time are drawn from the seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SceneEvent {
-    /// A trolley rolls through the room, all the time.
+    /// A trolley rolls through the room all the time.
     Trolley,
     /// A door on the wall opens into the room, stands open for three seconds and closes again.
     Door,
     /// A chair is pushed to another place, and stays there.
     PushedChair,
-    /// A partition is put where nothing was.
+    /// A partition is put where nothing stood.
     PlacedPartition,
     /// A partition that stood there from the beginning is taken away.
     RemovedPartition,
 }
 
-/// An event in a scene: which thing does what, and when.
+/// An event in a scene: a thing, its motion and the time.
 #[derive(Debug, Clone)]
 pub(crate) struct Happening {
     pub(crate) event: SceneEvent,
@@ -32,7 +32,7 @@ pub(crate) struct Happening {
     pub(crate) begin: f64,
     pub(crate) end: f64,
     pub(super) course: Course,
-    /// The bodies of a thing that is gone at the end: in the scene, or a trolley's in its own frame.
+    /// The bodies of a thing that is gone at the end, in the scene's frame; a trolley's, in its own frame.
     pub(super) passing: Vec<Part>,
 }
 
@@ -44,7 +44,7 @@ pub(super) enum Course {
         scene_from_hinge: Pose3,
         angle: f32,
     },
-    /// From one place to the other.
+    /// Slides from one place to the other.
     Slides {
         from: Place,
         to: Place,
@@ -60,7 +60,7 @@ pub(super) struct Place {
     pub(super) yaw: f32,
 }
 
-/// How a door's time is shared between opening, standing open and closing.
+/// The share of a door's time that opening takes, and closing; in between, it stands open.
 const OPENING: f32 = 2.0 / 7.0;
 
 impl Place {
@@ -69,7 +69,7 @@ impl Place {
         Pose3::from_parts(Vec3::new(x, y, 0.0), Rot3::from_rotation_z(self.yaw))
     }
 
-    /// The place a share of the way to another, the shorter way round.
+    /// The place after a share of the way to another; the yaw turns the shorter way round.
     pub(super) fn towards(&self, other: &Self, share: f32) -> Self {
         let turn = (other.yaw - self.yaw + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
         let at = std::array::from_fn(|axis| self.at[axis] + share * (other.at[axis] - self.at[axis]));
@@ -83,7 +83,7 @@ impl Happening {
         (self.begin..self.end).contains(&time)
     }
 
-    /// Whether the thing is where nothing is at the end, or was not there before.
+    /// Whether at `time` the thing's place or presence is not what it is at the end.
     pub(crate) fn is_away(&self, time: f64) -> bool {
         match self.course {
             Course::Rolls(_) => true,
@@ -92,7 +92,7 @@ impl Happening {
         }
     }
 
-    /// A body of the thing that stands at the end, as it is at another time; `None` before it is there.
+    /// A body that stands at the end, at its pose of another time; `None` before the thing appears.
     pub(super) fn displaced(&self, part: &Part, time: f64) -> Option<Part> {
         let progress = ((time - self.begin) / (self.end - self.begin)).clamp(0.0, 1.0) as f32;
         let scene_from_scene = match &self.course {
@@ -111,7 +111,7 @@ impl Happening {
         Some(Part { scene_from_part: scene_from_scene * part.scene_from_part, ..part.clone() })
     }
 
-    /// The frame of the thing at rest, before or after.
+    /// The frame of the thing at rest, before or after the event.
     pub(super) fn scene_from_thing(&self, time: f64, thing: &Instance) -> Pose3 {
         match &self.course {
             Course::Slides { from, .. } if time < self.begin => from.scene_from_thing(),
@@ -119,7 +119,7 @@ impl Happening {
         }
     }
 
-    /// Adds the bodies of a thing that is gone at the end.
+    /// Adds the bodies, at `time`, of a thing that is gone at the end.
     pub(super) fn pose_passing(&self, time: f64, parts: &mut Vec<Part>) {
         let posed = |part: &Part| match &self.course {
             Course::Rolls(walk) => {

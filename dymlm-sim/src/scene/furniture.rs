@@ -1,5 +1,5 @@
-//! What stands on the floor. Fronts look towards -y of the thing's frame, but one sits on a chair looking
-//! along +y.
+//! Furniture that stands on the floor. Fronts face -y of the thing's frame; somebody who sits on a chair
+//! faces +y.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -12,7 +12,7 @@ use super::palette::{
 };
 use super::person::Seat;
 
-/// Height of a swivel chair's seat that nobody has set lower, metres.
+/// Height of a swivel chair's seat at its highest setting, metres.
 pub(super) const SEAT: f32 = 0.51;
 
 /// A swivel chair on five legs with armrests, its seat's top at height `seat`.
@@ -36,7 +36,7 @@ pub(super) fn swivel_chair(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, seat: f3
     }
 }
 
-/// The place on a chair that stands at `place`, turned by `yaw`: a little before the backrest.
+/// The seat of a chair that stands at (`x`, `y`), turned by `yaw`: a little behind the chair's middle.
 pub(super) fn seat([x, y]: [f32; 2], yaw: f32, phase: f64) -> Seat {
     let hips = Rot3::from_rotation_z(yaw) * Vec3::new(0.0, -0.04, 0.0);
     Seat { position: Vec2::new(x + hips.x, y + hips.y), heading: yaw + FRAC_PI_2, phase, types: false }
@@ -65,7 +65,7 @@ pub(super) fn shelf(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
     }
 }
 
-/// A plant of 1.3 m in a pot.
+/// A plant 1.3 m high in a pot.
 pub(super) fn plant(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
     b.thing(Some("potted plant"), [x, y, 0.0], yaw).cylinder([0.0; 3], 0.32, 0.17, CLAY).rod(
         [0.0, 0.0, 0.3],
@@ -81,7 +81,7 @@ pub(super) fn plant(b: &mut Builder, [x, y]: [f32; 2], yaw: f32) {
     }
 }
 
-/// A table on four legs, its top's full lengths `size` at `height`.
+/// A table on four legs; its top has the full lengths `size` and the given `height`.
 pub(super) fn table(
     b: &mut Builder,
     [x, y]: [f32; 2],
@@ -115,7 +115,7 @@ pub(super) fn wooden_chair(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, material
     }
 }
 
-/// A partition of 1.4 m on two feet of 0.4 m.
+/// A partition 1.4 m high on two feet 0.4 m long.
 pub(super) fn partition(b: &mut Builder, [x, y]: [f32; 2], yaw: f32, width: f32, material: Material) {
     b.thing(None, [x, y, 0.0], yaw).cuboid([0.0, 0.0, 0.72], [width, 0.05, 1.36], material);
     for side in [-0.35, 0.35] {

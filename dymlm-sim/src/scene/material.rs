@@ -1,6 +1,6 @@
 use parry3d::math::Vec3;
 
-/// How a surface looks, to the colour camera and to the infrared one.
+/// How a surface looks to the colour camera and to the depth camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Material {
     /// The two colours that the pattern mixes, 0..=1 a channel.
@@ -8,7 +8,7 @@ pub(crate) struct Material {
     pub(crate) pattern: Pattern,
     /// Size of the pattern's features, metres.
     pub(crate) scale: f32,
-    /// Share of depth readings that the surface swallows: near 1 for black glass.
+    /// Share of depth readings that are lost on the surface: near 1 for black glass.
     pub(crate) absorption: f32,
 }
 
@@ -31,17 +31,17 @@ impl Material {
         Self { colors: [first, second], pattern, scale, absorption: 0.0 }
     }
 
-    /// The same surface swallowing a share of the depth readings.
+    /// The same surface with a share of the depth readings lost.
     pub(crate) const fn absorbing(mut self, absorption: f32) -> Self {
         self.absorption = absorption;
         self
     }
 
-    /// How much of the second colour there is at each of some places of the surface, 0..=1; the places are
-    /// given by their [`surface_coordinates`] in metres. `seed` tells equal things apart. The lists are of
-    /// one length.
+    /// Puts into `mix` the share of the second colour, 0..=1, at points of the surface given by their
+    /// [`surface_coordinates`] `s` and `t` in metres. With another `seed`, equal things look different. The
+    /// lists have the same length.
     pub(crate) fn mix(&self, s: &[f32], t: &[f32], seed: u32, mix: &mut [f32]) {
-        // One loop a pattern, without a branch inside, so that it becomes vector code.
+        // Each pattern has a loop without branches, which compiles to vector code.
         match self.pattern {
             Pattern::Noise => self.mix_by(s, t, mix, |s, t| {
                 0.85 * noise(s, t, seed) + 0.15 * hash(floor(24.0 * s), floor(24.0 * t), seed ^ 1)
@@ -81,7 +81,7 @@ impl Material {
     }
 }
 
-/// Two coordinates along the surface: those of the axes that the normal is least along.
+/// Two coordinates along the surface: all but the one of the axis that the normal is closest to.
 #[inline]
 pub(crate) fn surface_coordinates(p: Vec3, normal: Vec3) -> [f32; 2] {
     let n = normal.abs();
@@ -106,7 +106,7 @@ fn noise(s: f32, t: f32, seed: u32) -> f32 {
     lower * (1.0 - wt) + upper * wt
 }
 
-/// The whole number below; inline where `f32::floor` is a call on plain x86-64.
+/// The largest whole number not above `x`; inlined, while `f32::floor` is a call on plain x86-64.
 #[inline]
 fn floor(x: f32) -> i32 {
     let towards_zero = x as i32;

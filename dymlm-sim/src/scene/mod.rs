@@ -1,4 +1,4 @@
-//! What there is to see: convex bodies with materials, still or moving.
+//! The scene: convex bodies with materials, still or moving.
 
 mod activity;
 mod another_day;

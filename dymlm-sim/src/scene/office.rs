@@ -10,7 +10,7 @@ use super::person::Action;
 use super::walk::Walk;
 use super::{Activity, Cast, Scene, Shape, Viewpoint, things};
 
-/// Up and down between desk and camera, and round the room, passing behind the camera.
+/// Ways of the two walkers: up and down between desk and camera, and round the room, behind the camera.
 const NEAR: [[f32; 2]; 6] = [[-2.1, 0.2], [-0.7, 0.0], [0.8, -0.15], [2.1, 0.08], [1.0, 0.17], [-0.6, 0.24]];
 const FAR: [[f32; 2]; 8] = [
     [2.1, 0.4],
@@ -22,7 +22,7 @@ const FAR: [[f32; 2]; 8] = [
     [1.2, -2.7],
     [2.1, -1.2],
 ];
-/// Round the camera, clear of people who sit at the desk.
+/// A trolley's way round the camera, clear of people who sit at the desk.
 const ROUND: [[f32; 2]; 8] = [
     [2.0, -0.1],
     [0.7, 0.05],
@@ -77,9 +77,9 @@ fn room(b: &mut Builder) {
     let half = Vec3::new(3.0, 3.225, 1.3);
     let above_floor = Pose3::from_translation(Vec3::new(0.0, -0.125, half.z));
     b.thing(None, [0.0; 3], 0.0).part(Shape::Interior(Cuboid::new(half)), above_floor, PLASTER);
-    // A carpet that covers the room, 1 cm thick.
+    // A carpet 1 cm thick covers the room.
     b.thing(None, [0.0; 3], 0.0).cuboid([0.0, -0.125, 0.005], [5.98, 6.43, 0.01], CARPET);
-    // A door frame and a poster give the far walls something to look at.
+    // A door and a poster give texture to the far wall.
     b.door([-2.3, 3.07], 0.0, BEECH);
     b.thing(None, [2.1, 3.09, 1.6], 0.0).cuboid([0.0, 0.0, 0.0], [0.7, 0.02, 0.9], SPINES);
 }

@@ -1,4 +1,4 @@
-//! What things are made of.
+//! The materials of things.
 
 use super::Material;
 use super::material::Pattern::{Checker, Glyphs, Noise, Stripes, Wood};
@@ -22,7 +22,7 @@ pub(super) const LEAVES: Material = Material::new(Noise, 0.04, [0.10, 0.28, 0.10
 pub(super) const CLAY: Material = Material::new(Noise, 0.1, [0.60, 0.33, 0.22], [0.70, 0.42, 0.30]);
 pub(super) const GLASS: Material =
     Material::new(Stripes, 0.07, [0.12, 0.40, 0.22], [0.85, 0.88, 0.80]).absorbing(0.15);
-/// Windows and polished black: no reading at all.
+/// Windows and polished black surfaces: no readings at all.
 pub(super) const PANE: Material =
     Material::new(Noise, 0.5, [0.05, 0.06, 0.08], [0.12, 0.13, 0.15]).absorbing(1.0);
 pub(super) const CHINA: Material = Material::new(Stripes, 0.03, [0.90, 0.90, 0.88], [0.75, 0.20, 0.18]);
@@ -43,7 +43,7 @@ pub(super) const LEATHER: Material = Material::new(Checker, 0.07, [0.88, 0.87, 0
 pub(super) const PEEL: Material = Material::new(Noise, 0.01, [0.90, 0.48, 0.08], [0.98, 0.62, 0.16]);
 const SKIN: Material = Material::new(Noise, 0.08, [0.78, 0.58, 0.47], [0.86, 0.67, 0.56]);
 
-/// Heights in metres and clothes of the two people.
+/// Heights in metres and clothes of the usual two people.
 pub(super) const PEOPLE: [(f32, Clothes); 2] = [
     (
         1.76,

@@ -9,17 +9,17 @@ pub(crate) struct Part {
     pub(crate) shape: Shape,
     pub(crate) scene_from_part: Pose3,
     pub(crate) material: Material,
-    /// Index of the thing that it belongs to.
+    /// Index of the thing that the body belongs to.
     pub(crate) instance: usize,
 }
 
-/// A thing: what a detector would draw one box around.
+/// A thing: everything that a detector would enclose in one box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Instance {
     /// Its COCO label, if it has one: walls and cabinets have none.
     pub(crate) label: Option<&'static str>,
     pub(crate) motion: Motion,
-    /// Where a thing that stays stands: its own frame has z up and its front towards -y.
+    /// Pose of a thing that stays; its own frame has z up and the thing's front towards -y.
     pub(crate) scene_from_thing: Pose3,
 }
 

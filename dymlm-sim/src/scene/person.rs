@@ -7,13 +7,13 @@ use super::shape::capsule_between;
 use super::walk::{Step, Walk};
 use super::{Material, Part, Shape};
 
-/// Somebody who walks or sits: an articulated body of eighteen capsules and ellipsoids. Arms and legs of a
-/// walker swing with the way walked; somebody who sits gestures, leans and turns the head. Proportions after
-/// Drillis and Contini (1966): hip at 0.53, shoulder at 0.82 of the height.
+/// Somebody who walks or sits: an articulated body of eighteen capsules and ellipsoids. The arms and legs of
+/// a walker swing in step with the distance walked; somebody who sits gestures, leans and turns the head.
+/// Proportions after Drillis and Contini (1966): hip at 0.53, shoulder at 0.82 of the height.
 #[derive(Debug, Clone)]
 pub(crate) struct Person {
     pub(super) action: Action,
-    /// Where the room of the action stands.
+    /// Pose of the room in whose frame the action is given.
     pub(super) scene_from_room: Pose3,
     /// Height, metres.
     pub(super) height: f32,
@@ -32,9 +32,9 @@ pub(super) enum Action {
 pub(super) struct Seat {
     /// The point of the floor below the hips.
     pub(super) position: Vec2,
-    /// Where one looks, radians from x.
+    /// Where the person faces, radians from x.
     pub(super) heading: f32,
-    /// Sets the gestures of people apart, 0..1.
+    /// Phase of the gestures, 0..1, so that people gesture at different times.
     pub(super) phase: f64,
     /// Whether the hands stay above a desk.
     pub(super) types: bool,
@@ -49,13 +49,13 @@ pub(super) struct Clothes {
     pub(super) shoes: Material,
 }
 
-/// Length of two steps, metres, for a height of 1.72 m.
+/// Length of two steps, metres, for a person of 1.72 m.
 const STRIDE: f32 = 1.35;
-/// The height that the lengths below belong to, metres.
+/// Height of the person whose lengths are given in this file, metres.
 const HEIGHT: f32 = 1.72;
 /// Height of the hip joints, metres.
 const HIP: f32 = 0.93;
-/// Height of the seat on which the feet stand flat, metres.
+/// Height of the seat on which that person sits with feet flat on the floor, metres.
 const SEAT: f32 = 0.44;
 
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +65,7 @@ enum Side {
 }
 
 impl Side {
-    /// Along y: 1 or -1.
+    /// Sign of the side's y coordinate: 1 or -1.
     fn sign(self) -> f32 {
         match self {
             Self::Left => 1.0,
@@ -75,7 +75,7 @@ impl Side {
 }
 
 impl Person {
-    /// Height of a seat's top on which the feet of somebody of this height stand flat, metres.
+    /// Height of the seat on which a person of this height sits with feet flat on the floor, metres.
     pub(super) fn seat_height(height: f32) -> f32 {
         SEAT * height / HEIGHT
     }
@@ -121,7 +121,7 @@ impl Person {
             seated_leg(&mut body, lift, 0.02 * wave(4.1, side.sign().into()), side, &self.clothes);
         }
 
-        // Leans forward from the hips and turns the shoulders.
+        // The person leans forward from the hips and turns the shoulders.
         let hips = (lift + Vec3::new(0.0, 0.0, HIP)) * size;
         let lean = Rot3::from_rotation_z(0.10 * wave(6.3, 0.2))
             * Rot3::from_rotation_y(0.06 + 0.05 * wave(5.1, 0.6));
@@ -145,12 +145,13 @@ impl Person {
     }
 }
 
-/// A turn that leaves a point where it is.
+/// A rotation about `point`, which stays where it is.
 fn turned_about(point: Vec3, turn: Rot3) -> Pose3 {
     Pose3::from_parts(point - turn * point, turn)
 }
 
-/// A body being put together. Its frame: on the floor below the hips, x forward, y left, z up.
+/// A person's body that is being built. Its frame: origin on the floor below the hips, x forward, y left, z
+/// up.
 struct Body<'a> {
     parts: &'a mut Vec<Part>,
     root: Pose3,
@@ -198,12 +199,12 @@ fn leg(body: &mut Body<'_>, lift: Vec3, phase: f32, side: Side, clothes: &Clothe
     let ankle = knee + 0.41 * hanging(swing + 0.06 - knee_bend);
     body.limb(hip, knee, 0.075, clothes.trousers);
     body.limb(knee, ankle, 0.052, clothes.trousers);
-    // The foot keeps a right angle to the shank, half of it made up by the ankle.
+    // The foot turns by half the angle of the shank; the ankle makes up for the other half.
     let forward = Vec3::Y.cross(hanging(0.5 * (swing - knee_bend))) * -1.0;
     body.limb(ankle - 0.04 * forward, ankle + 0.15 * forward, 0.045, clothes.shoes);
 }
 
-/// Arms swing against the legs, elbows a little bent.
+/// Each arm swings against the leg of its side, with the elbow a little bent.
 fn arm(body: &mut Body<'_>, lift: Vec3, phase: f32, side: Side, clothes: &Clothes) {
     let (y, phase) = on(side, 0.215, phase);
     let swing = -0.38 * phase.sin();
@@ -215,7 +216,7 @@ fn arm(body: &mut Body<'_>, lift: Vec3, phase: f32, side: Side, clothes: &Clothe
     body.limb(wrist, wrist + 0.08 * (wrist - elbow).normalize_or(Vec3::Z), 0.04, clothes.skin);
 }
 
-/// Thighs along the seat, shanks down, feet flat; `sway` moves the knee to the side.
+/// The thigh is along the seat, the shank points down, the foot is flat; `sway` moves the knee to the side.
 fn seated_leg(body: &mut Body<'_>, lift: Vec3, sway: f32, side: Side, clothes: &Clothes) {
     let hip = lift + Vec3::new(0.0, 0.09 * side.sign(), HIP);
     let knee = hip + Vec3::new(0.425, 0.04 * side.sign() + sway, -0.04);
@@ -225,8 +226,8 @@ fn seated_leg(body: &mut Body<'_>, lift: Vec3, sway: f32, side: Side, clothes: &
     body.limb(ankle - 0.04 * Vec3::X, ankle + 0.15 * Vec3::X, 0.045, clothes.shoes);
 }
 
-/// The upper arm hangs, swung forward by `swing`; the forearm points forward and up as far as it is `raised`
-/// (0..1), the hands a little inwards.
+/// The upper arm hangs, swung forward by `swing`; the forearm points forward, up by the share `raised`
+/// (0..1), and a little inwards.
 fn gesturing_arm(body: &mut Body<'_>, lift: Vec3, [swing, raised]: [f32; 2], side: Side, clothes: &Clothes) {
     let shoulder = lift + Vec3::new(0.0, 0.215 * side.sign(), 1.39);
     let elbow = shoulder + 0.29 * hanging(swing);
@@ -238,7 +239,7 @@ fn gesturing_arm(body: &mut Body<'_>, lift: Vec3, [swing, raised]: [f32; 2], sid
     body.limb(wrist, wrist + 0.08 * forearm, 0.04, clothes.skin);
 }
 
-/// The offset to the side, and the phase, half a round apart for the two sides.
+/// The offset to the side, and the phase; those of the two sides differ by half a cycle.
 fn on(side: Side, y: f32, phase: f32) -> (f32, f32) {
     match side {
         Side::Left => (y, phase),

@@ -2,11 +2,12 @@ use parry3d::math::{Pose3, Rot3, Vec3};
 use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{Ball, Capsule, Cuboid, Cylinder};
 
-/// A convex body about the origin of its own frame (or the inside of one).
+/// A convex body about the origin of its own frame, or the inside of a cuboid.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Shape {
     Cuboid(Cuboid),
-    /// A room: the walls of a cuboid seen from within. All other bodies lie inside, and so before it.
+    /// A room: the walls of a cuboid seen from inside. All other bodies are inside, and so in front of the
+    /// walls.
     Interior(Cuboid),
     /// Semi-axes along x, y, z.
     Ellipsoid(Vec3),
@@ -17,7 +18,7 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
-    /// A body that is not there; none of the others is so small.
+    /// A body that is not there; no real body has zero size.
     pub(crate) const ABSENT: Self = Self::Ellipsoid(Vec3::ZERO);
 
     pub(crate) fn cuboid(half_extents: Vec3) -> Self {
@@ -44,7 +45,7 @@ impl Shape {
         }
     }
 
-    /// The parameter of the ray's first hit from outside (for a room: from inside), below `farthest`; the
+    /// The parameter of the ray's first hit from outside (for a room: from inside), at most `farthest`; the
     /// direction need not be a unit vector. A ray from inside a body hits nothing.
     #[inline]
     pub(crate) fn cast(&self, ray: &Ray, farthest: f32) -> Option<f32> {
@@ -52,7 +53,7 @@ impl Shape {
             Self::Cuboid(cuboid) => cuboid.cast_local_ray(ray, farthest, true),
             Self::Interior(cuboid) => cuboid.cast_local_ray(ray, farthest, false),
             Self::Ellipsoid(radii) => {
-                // The parameter of a hit survives the scaling to the unit ball.
+                // Scaling the ellipsoid to the unit ball does not change the parameter of a hit.
                 let scaled = Ray::new(ray.origin / *radii, ray.dir / *radii);
                 Ball::new(1.0).cast_local_ray(&scaled, farthest, true)
             }
@@ -84,7 +85,7 @@ impl Shape {
         }
     }
 
-    /// Distance of a point to the surface, from outside or inside.
+    /// Unsigned distance of a point to the surface, from outside or inside.
     pub(crate) fn surface_distance(&self, point: Vec3) -> f32 {
         match self {
             Self::Cuboid(cuboid) | Self::Interior(cuboid) => {
@@ -96,14 +97,14 @@ impl Shape {
         }
     }
 
-    /// Whether a point lies in the body or within `margin` of it.
+    /// Whether a point is in the body or within `margin` of it.
     pub(crate) fn reaches(&self, point: Vec3, margin: f32) -> bool {
         let is_room = matches!(self, Self::Interior(_));
         if !is_room && (point.abs() - self.half_extents()).max_element() > margin {
             return false;
         }
         if let Self::Ellipsoid(radii) = self {
-            // Bounds spare most points the search for the nearest one.
+            // Bounds decide for most points without the search for the nearest surface point.
             let scaled = (point / *radii).length();
             if scaled <= 1.0 || point.length() * (1.0 - 1.0 / scaled) < margin {
                 return true;
@@ -136,7 +137,7 @@ pub(crate) fn face_normal(p: Vec3) -> Vec3 {
     }
 }
 
-/// First hit of a cylinder about y from outside. (parry has rays at cylinders only by its general GJK
+/// First hit of a cylinder about y from outside. (parry casts rays at cylinders only by its general GJK
 /// iteration.)
 fn cast_cylinder(cylinder: Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
     let (origin, dir) = (ray.origin, ray.dir);
@@ -152,7 +153,7 @@ fn cast_cylinder(cylinder: Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
         }
     }
 
-    // The side: the discriminant is taken at the closest approach to the axis, where nothing cancels.
+    // The side: the discriminant is computed at the closest approach to the axis, which avoids cancellation.
     let a = dir.x * dir.x + dir.z * dir.z;
     if a == 0.0 {
         return None;
@@ -195,7 +196,7 @@ fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
             shortest = Some(i);
         }
     }
-    // On the plane of symmetry near the centre, the nearest point leaves that plane.
+    // For a point on a plane of symmetry near the centre, the nearest surface point is off that plane.
     if let Some(i) = shortest {
         nearest[i] = smallest * rest.max(0.0).sqrt();
     }
@@ -241,7 +242,7 @@ mod tests {
                     let hit = ray.point_at(t);
                     prop_assert!(shape.surface_distance(hit) < 1e-4, "{shape:?}: {}", shape.surface_distance(hit));
                     prop_assert!(shape.normal(hit).dot(ray.dir) <= 1e-2 * ray.dir.length());
-                    // Nothing of the body lies before the hit.
+                    // No part of the body is before the hit.
                     for k in 1..20 {
                         let before = ray.point_at(t * 0.999 * k as f32 / 20.0);
                         prop_assert!(!shape.reaches(before, 0.0) || shape.surface_distance(before) < 1e-4);

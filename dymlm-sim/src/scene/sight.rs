@@ -3,12 +3,12 @@ use parry3d::query::Ray;
 
 use super::{Part, Shape};
 
-/// The thing that is first met on the way from one point to another, walls apart.
+/// The first thing that the line from one point to another hits; a room's walls do not count.
 pub(super) fn first_hit(parts: &[Part], from: Vec3, to: Vec3) -> Option<usize> {
     let way = to - from;
     let mut nearest = (1.0, None);
     for part in parts.iter().filter(|part| !matches!(part.shape, Shape::Interior(_))) {
-        // Most parts are far off the way.
+        // Most parts are far from the line.
         let center = part.scene_from_part.translation - from;
         let along = (center.dot(way) / way.length_squared()).clamp(0.0, 1.0);
         if (center - along * way).length_squared() > part.shape.half_extents().length_squared() {

@@ -1,5 +1,5 @@
-//! What holds in every room: things stand apart from each other and on something, people and cameras move
-//! through air.
+//! Tests of what must hold in every room: things do not intersect and stand on something, people and cameras
+//! move through free space.
 
 use std::sync::LazyLock;
 
@@ -34,12 +34,12 @@ fn rooms(activity: Activity) -> Vec<(String, Scene)> {
     all.map(scene).collect()
 }
 
-/// Every arrangement of furniture: random rooms have but one.
+/// Every arrangement of furniture: in random rooms it is the same for walkers and sitters.
 fn arrangements() -> impl Iterator<Item = &'static (String, Scene)> {
     WALKING.iter().chain(SITTING.iter().take(2))
 }
 
-/// Buildings without a ramp and with one, of an odd number of rooms.
+/// Buildings without and with a ramp, one of them with an odd number of rooms.
 static BUILDINGS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| {
     let building =
         |(seed, rooms)| (format!("{rooms} rooms {seed}"), Scene::new(&SequenceConfig::building(seed, rooms)));
@@ -69,7 +69,7 @@ fn surface_points(part: &Part, spacing: f32) -> Vec<Vec3> {
     points
 }
 
-/// A point of the bounding box drawn onto the body that it bounds.
+/// Projects a point of a body's bounding box onto the body's surface.
 fn onto_surface(shape: &Shape, point: Vec3) -> Vec3 {
     match shape {
         Shape::Cuboid(_) | Shape::Interior(_) => point,
@@ -81,7 +81,8 @@ fn onto_surface(shape: &Shape, point: Vec3) -> Vec3 {
         }
         Shape::Cylinder(cylinder) => {
             let radial = Vec3::new(point.x, 0.0, point.z);
-            // Caps are covered by shrinking the square to the disc; the sides are scaled out.
+            // On the caps, the square is shrunk to the disc; points of the box's sides move onto the
+            // cylinder's side.
             let square = radial.abs().max_element().max(1e-6);
             let scaled = radial.normalize_or(Vec3::X) * square.min(cylinder.radius);
             Vec3::new(scaled.x, point.y, scaled.z)
@@ -106,7 +107,7 @@ fn near(a: &Part, b: &Part) -> bool {
     apart.length() < radius(a) + radius(b) && (apart - reach(a) - reach(b)).max_element() < 0.0
 }
 
-/// How deep points lie in a body, metres.
+/// Largest depth of the points inside a body, metres.
 fn depth_of(points: &[Vec3], body: &Part) -> f32 {
     let local = points.iter().map(|&point| body.scene_from_part.inverse_transform_point(point));
     let inside = local.filter(|&point| body.shape.reaches(point, 0.0));
@@ -120,7 +121,7 @@ fn is_room(part: &Part) -> bool {
 /// The floor is the second thing of every room.
 const FLOOR: usize = 1;
 
-/// Walls and floors of a building are its first thing.
+/// The shell is the first thing of a building (walls, floors), the first two of a room (walls, floor).
 fn is_shell(scene: &Scene, thing: usize) -> bool {
     if scene.tour.is_some() { thing == 0 } else { thing <= FLOOR }
 }
@@ -133,8 +134,7 @@ fn things_do_not_intersect() {
         for (i, a) in parts.iter().enumerate().filter(|(_, part)| !is_room(part)) {
             for (j, b) in parts.iter().enumerate() {
                 if a.instance != b.instance && !is_room(b) && near(a, b) {
-                    // The office's carpet of 1 cm gives way to what stands on it, and a mouse lies on a sheet
-                    // of paper.
+                    // In the office, things stand 1 cm deep in the carpet, and a mouse on a sheet of paper.
                     let office = scene.viewpoint == Viewpoint::OFFICE;
                     let depth = depth_of(&points[i], b);
                     assert!(
@@ -196,7 +196,7 @@ fn things_are_in_the_room_and_stand_on_something() {
             };
             let place = scene.instances[thing].scene_from_thing.translation;
             assert!(stands || hangs, "{name}: {label:?} at {place} floats, lowest point at {lowest}");
-            // Its own frame stands where it stands.
+            // The thing's own frame is at the height of its lowest point.
             assert!(hangs || (lowest - place.z).abs() <= gap + 0.008, "{name}: {label:?}: {lowest}, {place}");
         }
     }
@@ -274,7 +274,7 @@ fn things_of_one_height_and_kind_stand_on_both_sides_of_walls() {
     }
 }
 
-/// Whether a person sits on a thing: it stands within 10 cm of the seat.
+/// Whether a person sits on a thing: the thing stands within 10 cm of the seat.
 fn sits_on(scene: &Scene, person: usize, thing: usize) -> bool {
     let chair = scene.instances[thing].scene_from_thing.translation;
     scene.people.iter().filter(|it| it.instance == person).any(|it| match &it.action {
@@ -294,7 +294,7 @@ fn every_random_room_is_one() {
 
 #[test]
 fn people_stay_apart() {
-    // The office's ways meet at their ends: there the seed decides.
+    // The office is left out: its ways meet at their ends, and only the seed keeps the people apart.
     for (name, scene) in WALKING.iter().skip(1).chain(SITTING.iter()) {
         let mut bodies = Vec::new();
         for step in 0..300 {
@@ -327,7 +327,7 @@ fn who_sits_stays_and_moves_a_little() {
                 *far = far.max(a.distance(*b));
             }
         }
-        // Legs, trunk, left arm, right arm, head: hands move, feet hardly.
+        // The order is legs, trunk, left arm, right arm, head: hands move, feet hardly.
         for far in farthest.chunks(18) {
             assert!(far.iter().all(|&far| far < 0.45), "{name}: {far:?}");
             assert!(far[..6].iter().all(|&far| far < 0.05), "{name}: {far:?}");

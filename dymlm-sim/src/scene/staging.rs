@@ -12,7 +12,7 @@ use super::palette::FABRIC;
 use super::{Instance, Motion, Part, Scene, Shape, first_hit, furniture};
 use crate::noise::{Use, stream};
 
-/// What an event must keep clear of, and be seen by.
+/// The cameras and times that the place of an event depends on.
 pub(crate) struct Stage<'a> {
     /// Poses of the camera in the scene, spread over the sequence.
     pub(crate) cameras: &'a [Pose3],
@@ -20,31 +20,32 @@ pub(crate) struct Stage<'a> {
     pub(crate) view: [f32; 2],
     /// How long the sequence takes, seconds.
     pub(crate) duration: f64,
-    /// When events happen; `None` draws a time.
+    /// When events happen, seconds; `None`: at a random time.
     pub(crate) time: Option<f64>,
 }
 
 /// Places that are tried before an event is given up.
 const TRIES: usize = 4000;
-/// Distance from other things, metres, and from the middles of moving limbs and the camera.
+/// Distances to keep from other things, from the middles of moving limbs, and from the camera, metres.
 pub(super) const GAP: f32 = 0.02;
 pub(super) const FROM_LIMBS: f32 = 0.2;
 pub(super) const FROM_CAMERA: f32 = 0.6;
 /// Depths at which a thing is well seen, metres.
 const SEEN: std::ops::Range<f32> = 0.8..3.6;
-/// Share of the points of a thing that the camera sees on average.
+/// Smallest share of a thing's points that the camera must see on average.
 const LEAST_SEEN: f32 = 0.35;
 /// Width of partitions, metres.
 const WIDTH: f32 = 0.9;
-/// Steps in which a door is tried, radians.
+/// Steps in which a door's opening angle is tried, radians.
 const STEP: f32 = 0.0875;
-/// How fast a chair is pushed, metres a second.
+/// Speed of a pushed chair, metres a second.
 const PUSHED: f64 = 0.7;
 /// How long a door takes to open, stand open and close, seconds.
 const DOOR: f64 = 7.0;
 
 impl Scene {
-    /// Lets something happen; `None` when there is no place for it. `number` tells events of one scene apart.
+    /// Adds an event; `None` when there is no place for it. `number` makes the random choices of a scene's
+    /// events differ.
     pub(crate) fn stage(
         &mut self,
         event: SceneEvent,
@@ -96,7 +97,7 @@ impl Scene {
         Some(())
     }
 
-    /// Adds a thing and answers its bodies.
+    /// Adds a thing and returns its bodies.
     fn add(&mut self, motion: Motion, place: Place, build: fn(&mut Builder, [f32; 2], f32)) -> Vec<Part> {
         let instance = self.instances.len();
         let scene_from_thing = place.scene_from_thing();
@@ -113,8 +114,8 @@ impl Scene {
         self.instances[instance].scene_from_thing = to.scene_from_thing();
     }
 
-    /// Swings about one of the edges of its front, as far as nothing stands in the way, at most 80 degrees;
-    /// the camera sees it open.
+    /// The door swings about one of the vertical edges of its front as far as nothing is in the way, at most
+    /// 80 degrees; `None` if that is less than 40 degrees or the camera does not see the open door.
     fn door_swing(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<Course> {
         let door = self.door?;
         let leaf = self.static_parts.iter().find(|part| part.instance == door)?;
@@ -134,7 +135,7 @@ impl Scene {
         })
     }
 
-    /// A chair that nobody sits on, where it stands, and a place to which it can be pushed straight.
+    /// A chair on which nobody sits, its place, and a place to which it can be pushed in a straight line.
     fn place_for_chair(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<(usize, Place, Place)> {
         let limbs = self.limbs(stage);
         let chairs = (0..self.instances.len()).filter(|&id| self.instances[id].label == Some("chair"));
@@ -179,7 +180,7 @@ impl Scene {
         })
     }
 
-    /// A place for a partition that more or less faces the camera.
+    /// A place for a partition that roughly faces the camera.
     fn place_for_partition(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<Place> {
         let limbs = self.limbs(stage);
         (0..TRIES).find_map(|_| {
@@ -199,7 +200,7 @@ impl Scene {
         })
     }
 
-    /// Where the limbs of those who move are, ten times a second.
+    /// Poses of all moving bodies, ten times a second.
     pub(super) fn limbs(&self, stage: &Stage<'_>) -> Vec<Pose3> {
         let mut bodies = Vec::new();
         let mut limbs = Vec::new();
@@ -210,7 +211,7 @@ impl Scene {
         limbs
     }
 
-    /// Whether a body, the floor apart, touches nothing but its own thing.
+    /// Whether a body keeps `gap` metres from all things but its own and the floor.
     pub(super) fn is_free(&self, body: &Part, instance: usize, gap: f32) -> bool {
         let reach = body.shape.half_extents().length() + gap;
         let near = |other: &&Part| {
@@ -228,7 +229,7 @@ impl Scene {
         })
     }
 
-    /// Share of the points of some bodies that the cameras see past all other bodies, on average.
+    /// Share of some bodies' points that the cameras see on average, with occlusion by all other things.
     fn share_seen(&self, parts: &[Part], stage: &Stage<'_>) -> f32 {
         let own = parts.first().map_or(usize::MAX, |part| part.instance);
         let others: Vec<Part> =
@@ -270,7 +271,7 @@ pub(super) fn posed(parts: &[Part], place: &Place) -> Vec<Part> {
         .collect()
 }
 
-/// Whether all bodies' bounding boxes keep a distance from the origins of some poses.
+/// Whether all bodies' bounding boxes are farther than `distance` from the origins of the poses.
 pub(super) fn is_clear(parts: &[Part], poses: &[Pose3], distance: f32) -> bool {
     parts.iter().all(|part| {
         let half = part.shape.half_extents();

@@ -1,4 +1,4 @@
-//! Small things with a label of COCO, standing on what `place` is a point of.
+//! Small things with COCO labels; each stands on the point `place` of a surface.
 
 use super::builder::Builder;
 use super::palette::{
@@ -6,7 +6,7 @@ use super::palette::{
     TERRACOTTA, TWEED, WHITE,
 };
 
-/// A monitor of 24 inches on its foot.
+/// A 24-inch monitor on its foot.
 pub(super) fn monitor(b: &mut Builder, place: [f32; 3], yaw: f32) {
     b.thing(Some("tv"), place, yaw)
         .cuboid([0.0, 0.0, 0.01], [0.24, 0.18, 0.02], BLACK)
@@ -32,7 +32,8 @@ pub(super) fn two_books(b: &mut Builder, place: [f32; 3], yaw: f32) {
     );
 }
 
-/// A tight row of standing books of full lengths `size`, its centre at `[along, up]` from `place`.
+/// A tight row of standing books; the row has the full lengths `size` and its centre at `[along, up]` from
+/// `place`.
 pub(super) fn row_of_books(
     b: &mut Builder,
     place: [f32; 3],
@@ -78,7 +79,7 @@ pub(super) fn book(b: &mut Builder, place: [f32; 3], yaw: f32) {
     b.thing(Some("book"), place, yaw).cuboid([0.0, 0.0, 0.02], [0.16, 0.23, 0.04], SPINES);
 }
 
-/// An open laptop of 14 inches, its screen leant back.
+/// An open 14-inch laptop, its screen tilted back.
 pub(super) fn laptop(b: &mut Builder, place: [f32; 3], yaw: f32) {
     b.thing(Some("laptop"), place, yaw)
         .cuboid([0.0, 0.0, 0.008], [0.32, 0.22, 0.016], ALUMINIUM)
@@ -87,7 +88,7 @@ pub(super) fn laptop(b: &mut Builder, place: [f32; 3], yaw: f32) {
         .tilted([0.0, 0.138, 0.118], [0.30, 0.006, 0.195], -0.3, SCREEN);
 }
 
-/// A bowl of 17 cm, full.
+/// A bowl 17 cm wide, filled.
 pub(super) fn bowl(b: &mut Builder, place: [f32; 3], yaw: f32) {
     b.thing(Some("bowl"), place, yaw)
         .cylinder([0.0; 3], 0.015, 0.04, CHINA)
@@ -102,7 +103,7 @@ pub(super) fn vase(b: &mut Builder, place: [f32; 3], yaw: f32) {
         .cylinder([0.0, 0.0, 0.20], 0.06, 0.035, TERRACOTTA);
 }
 
-/// A plant of 0.3 m in a pot.
+/// A plant 0.3 m high in a pot.
 pub(super) fn small_plant(b: &mut Builder, place: [f32; 3], yaw: f32) {
     b.thing(Some("potted plant"), place, yaw)
         .cylinder([0.0; 3], 0.11, 0.065, CLAY)

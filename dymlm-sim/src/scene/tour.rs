@@ -1,22 +1,22 @@
 use parry3d::math::{Pose3, Vec3};
 
-/// A camera's way through a building and back to where it begins.
+/// A camera's way through a building and back to its start.
 #[derive(Debug, Clone)]
 pub(crate) struct Tour {
     knots: Vec<Knot>,
 }
 
-/// Where the camera is at a time; in between it goes straight and turns evenly.
+/// Where the camera is at a time; between two knots it moves straight and turns at a constant rate.
 #[derive(Debug, Clone, Copy)]
 struct Knot {
     time: f64,
-    /// The point of the floor below.
+    /// The point of the floor below the camera.
     place: Vec3,
-    /// Where it looks, radians from x, not wrapped.
+    /// Direction of view, radians from x, not wrapped.
     yaw: f32,
 }
 
-/// Metres and radians a second.
+/// Speeds of moving and turning, metres and radians a second.
 const SPEED: f32 = 0.7;
 const TURN: f32 = 0.7;
 
@@ -25,7 +25,7 @@ impl Tour {
         Self { knots: vec![Knot { time: 0.0, place, yaw }] }
     }
 
-    /// Turns to where a point is, and goes there.
+    /// Turns towards a point and goes there.
     pub(super) fn go_to(&mut self, place: Vec3) {
         let last = self.last();
         let way = place - last.place;
@@ -36,7 +36,7 @@ impl Tour {
         }
     }
 
-    /// Turns in place, radians.
+    /// Turns in place by `angle` radians.
     pub(super) fn turn(&mut self, angle: f32) {
         let last = self.last();
         self.add(f64::from(angle.abs() / TURN), last.place, last.yaw + angle);
@@ -48,7 +48,7 @@ impl Tour {
         self.add(seconds, last.place, last.yaw);
     }
 
-    /// The same tour in another time: all of it slower or faster.
+    /// The same tour, slower or faster throughout, so that it takes the given time.
     pub(super) fn lasting(mut self, seconds: f64) -> Self {
         let scale = seconds / self.last().time.max(1e-3);
         self.knots.iter_mut().for_each(|knot| knot.time *= scale);
@@ -64,8 +64,8 @@ impl Tour {
         self.knots.last().copied().unwrap_or(Knot { time: 0.0, place: Vec3::ZERO, yaw: 0.0 })
     }
 
-    /// A frame at `time` seconds on the floor below the camera: x to where it looks, z up. After the tour
-    /// another one begins.
+    /// Pose, at `time` seconds, of a frame on the floor below the camera: x in the direction of view, z up.
+    /// The tour repeats.
     pub(crate) fn scene_from_carrier(&self, time: f64) -> Pose3 {
         let time = time.rem_euclid(self.last().time.max(1e-3));
         let next = self.knots.partition_point(|knot| knot.time <= time);

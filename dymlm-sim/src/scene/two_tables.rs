@@ -9,11 +9,11 @@ use super::person::Action;
 use super::table_top::TableTop;
 use super::{Activity, Cast, Scene, Viewpoint, things};
 
-/// The dining table and the high one.
+/// The dining table and the high table.
 const DINING: TableTop = TableTop { center: [-0.95, 1.0], yaw: 0.35, size: [1.6, 0.8], height: 0.72 };
 const HIGH: TableTop = TableTop { center: [1.45, 1.2], yaw: -0.6, size: [1.2, 0.6], height: 0.95 };
 
-/// Up and down between camera and tables; between the tables and round the high one.
+/// Ways of the two walkers: up and down between camera and tables; between the tables and round the high one.
 const NEAR: [[f32; 2]; 6] =
     [[-2.3, -0.75], [-0.8, -1.0], [0.7, -1.0], [2.2, -0.85], [0.7, -0.65], [-0.8, -0.6]];
 const ROUND: [[f32; 2]; 7] =
@@ -28,8 +28,8 @@ const VIEWPOINT: Viewpoint = Viewpoint {
 
 impl Scene {
     /// A room of 6.4 x 6.6 m with a dining table and a high table that stand askew, a pillar, a plant and a
-    /// cabinet. Two people walk between the camera and the tables and round the high one, or sit before the
-    /// tables, or at the dining table.
+    /// cabinet. One person walks between the camera and the tables and one round the high table, or both sit
+    /// before the tables, or both sit at the dining table.
     pub(super) fn two_tables(cast: &Cast) -> Self {
         let mut b = Builder::default();
         b.walls_and_floor([0.0, -0.2], [6.4, 6.6, 2.7], MINT, PLANKS);

@@ -1,16 +1,16 @@
 use parry3d::math::{Pose3, Vec3};
 
-/// Where a camera finds its place in a room, in a frame of its own: x to the right, y to what it looks at, z
-/// up from the floor. The paths keep within 0.85 m of the line from the pivot to the station, 0.3 m behind
-/// and 0.75 m before the station.
+/// Where the camera is and looks in a room, in a frame of its own: x to the right, y ahead, z up from the
+/// floor. The paths stay within 0.85 m to the sides of the pivot or the station, and from 0.3 m behind the
+/// station to 0.75 m before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Viewpoint {
     pub(crate) scene_from_view: Pose3,
-    /// Where the camera rests.
+    /// The camera's position at rest.
     pub(crate) station: Vec3,
-    /// What it looks at.
+    /// The point that it looks at.
     pub(crate) target: Vec3,
-    /// What it circles when it moves on a half sphere.
+    /// The point that it circles when it moves on a half sphere.
     pub(crate) pivot: Vec3,
 }
 

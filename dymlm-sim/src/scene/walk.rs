@@ -3,7 +3,8 @@ use parry3d::math::Vec2;
 /// A closed walk over the floor at constant speed: a Catmull-Rom spline through way points, by arc length.
 #[derive(Debug, Clone)]
 pub(super) struct Walk {
-    /// Points along the walk and their distance from its begin, metres; the last is the first again.
+    /// Points along the walk with their distance along it from the start, metres; the last point equals the
+    /// first.
     samples: Vec<(f32, Vec2)>,
     speed: f64,
     start: f64,
@@ -19,7 +20,7 @@ pub(super) struct Step {
     pub(super) distance: f64,
 }
 
-/// Samples of each leg between two way points: 2 to 5 cm apart in a room.
+/// Samples of each leg between two way points; in a room they are 2 to 5 cm apart.
 const SAMPLES: usize = 48;
 
 impl Walk {
@@ -60,7 +61,7 @@ impl Walk {
         let distance = self.start + self.speed * time;
         let along = distance.rem_euclid(f64::from(self.length()).max(1e-3)) as f32;
         let position = self.position(along);
-        // A chord of a pace smooths the turns as a walker does.
+        // The heading is that of a chord 0.3 m long, which smooths the turns as a walker does.
         let ahead = self.position((along + 0.15).rem_euclid(self.length().max(1e-3)));
         let behind = self.position((along - 0.15).rem_euclid(self.length().max(1e-3)));
         let course = ahead - behind;

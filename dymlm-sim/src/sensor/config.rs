@@ -1,45 +1,47 @@
 use dymlm_core::{ConfigError, DepthNoise, check_range};
 
-/// How a depth camera errs. The default is [`kinect`](Self::kinect); there are also a stereo pair
-/// ([`realsense_d435`](Self::realsense_d435)), [`time_of_flight`](Self::time_of_flight), and a camera that
-/// does not err ([`ideal`](Self::ideal)).
+/// The errors of a depth camera. The default is [`kinect`](Self::kinect); there are also a stereo pair
+/// ([`realsense_d435`](Self::realsense_d435)), [`time_of_flight`](Self::time_of_flight), and a camera without
+/// errors ([`ideal`](Self::ideal)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct SensorConfig {
-    /// Nearest depth with a reading, metres, 0..=100, default 0.5 (Kinect for Windows, near limit in
-    /// practice).
+    /// Nearest depth with a reading, metres, 0..=100 and at most `max_depth`, default 0.5 (Kinect for
+    /// Windows, near limit in practice).
     pub min_depth: f64,
     /// Farthest depth with a reading, metres, 0..=1000, default 6.
     pub max_depth: f64,
-    /// Noise along the optical axis by depth; its floor and growth 0..=1, its start 0..=100 m. Default: the
-    /// Kinect's.
+    /// Noise along the optical axis as a function of depth; its floor and growth 0..=1, its start 0..=100 m.
+    /// Default: the Kinect's.
     pub noise: DepthNoise,
-    /// Factor on the noise that steep views add, 0.0001 / sqrt(z) theta^2 / (pi/2 - theta)^2 m for an
-    /// incidence theta above 53 degrees (Nguyen 2012), 0..=10, default 1.
+    /// Factor on the noise that a steep view adds, 0..=10, default 1. The noise is 0.0001 / sqrt(z) theta^2 /
+    /// (pi/2 - theta)^2 m for an angle of incidence theta above 53 degrees (Nguyen 2012).
     pub steep_noise: f64,
-    /// Standard deviation of the ray's place in the image, pixels, 0..=5, default 0.8 (Nguyen 2012, lateral
-    /// noise, about the same at all depths).
+    /// Standard deviation of the ray's position in the image, pixels of an image 640 wide, 0..=5, default 0.8
+    /// (Nguyen 2012, lateral noise, about the same at all depths).
     pub lateral_noise: f64,
     /// Depth step at 1 m, metres, 0..=0.1, default 0.00285: disparities come in steps of 1/8 px, so that with
     /// f = 585 px and a baseline of 7.5 cm the step is z^2 / 351 m, 1.1 cm at 2 m. 0 = no quantization.
     pub quantization: f64,
     /// Distance from the camera to the projector along x, metres, -1..=1, default 0.075 (Kinect). Surfaces
-    /// that the projector does not reach have no reading: the shadow beside near things. 0 = no shadow.
+    /// that the projector does not light have no reading: the shadow beside near things. 0 = no shadow.
     pub baseline: f64,
-    /// Distance over which a depth edge is felt, pixels of an image 640 wide, 0..=20, default 2: the ring
-    /// without depth around silhouettes.
+    /// Distance from a depth edge within which readings are disturbed, pixels of an image 640 wide, 0..=20,
+    /// default 2: the ring without depth around silhouettes.
     pub edge_width: f64,
     /// Share of the pixels near an edge that have no reading, 0..=1, default 0.6.
     pub edge_dropout: f64,
-    /// Share of the pixels near an edge that read a depth between the two surfaces, 0..=1, default 0.03.
+    /// Share of the pixels near an edge that read a depth between the two surfaces, 0..=1 - `edge_dropout`,
+    /// default 0.03.
     pub flying_pixels: f64,
-    /// Incidence from which on readings get lost, radians, 0..=pi/2, default 1.31 (75 degrees).
+    /// Angle of incidence above which readings begin to get lost, radians, 0..=`grazing_end`, default 1.31
+    /// (75 degrees).
     pub grazing_start: f64,
-    /// Incidence from which on there is no reading, radians, 0..=pi/2, default 1.50 (86 degrees).
+    /// Angle of incidence above which there is no reading, radians, 0..=pi/2, default 1.50 (86 degrees).
     pub grazing_end: f64,
-    /// Share of pixels that get lost anywhere, 0..=1, default 0.002.
+    /// Share of readings that get lost on any surface, 0..=1, default 0.002.
     pub dropout: f64,
-    /// Factor on the share of pixels that dark and shiny surfaces (screens) swallow, 0..=1, default 1.
+    /// Factor on the share of readings that get lost on dark and shiny surfaces (screens), 0..=1, default 1.
     pub absorption: f64,
 }
 
@@ -50,7 +52,7 @@ impl Default for SensorConfig {
 }
 
 impl SensorConfig {
-    /// Structured light of the first Kinect.
+    /// The structured light of the first Kinect.
     #[must_use]
     pub const fn kinect() -> Self {
         Self {
@@ -71,10 +73,11 @@ impl SensorConfig {
         }
     }
 
-    /// Stereo of a `RealSense` D435 at 848x480 (f = 425 px, baseline 5 cm, 0.08 px of disparity, steps of
-    /// 1/32 px), with the noise of [`SensorModel::realsense_d4xx`](dymlm_core::SensorModel::realsense_d4xx).
-    /// Edges are felt further than with structured light (the matching window), and more of the pixels there
-    /// read a depth between the surfaces.
+    /// The stereo pair of a `RealSense` D435 at 848x480 (f = 425 px, baseline 5 cm, 0.08 px of disparity,
+    /// steps of 1/32 px), with the noise of
+    /// [`SensorModel::realsense_d4xx`](dymlm_core::SensorModel::realsense_d4xx). Edges disturb readings
+    /// farther away than with structured light (the matching window), and more of the pixels there read a
+    /// depth between the surfaces.
     #[must_use]
     pub fn realsense_d435() -> Self {
         Self {
@@ -90,7 +93,7 @@ impl SensorConfig {
         }
     }
 
-    /// Time of flight, with the noise of
+    /// A time-of-flight camera, with the noise of
     /// [`SensorModel::time_of_flight`](dymlm_core::SensorModel::time_of_flight): no shadow, no disparity
     /// steps, and many readings between the surfaces at edges.
     #[must_use]
@@ -107,7 +110,7 @@ impl SensorConfig {
         }
     }
 
-    /// A camera that errs in nothing but its range: depth is exact.
+    /// A camera with exact depth within its range.
     #[must_use]
     pub fn ideal() -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! What a depth camera makes of the exact depth.
+//! A simulated depth camera: turns exact depth into readings with a sensor's errors.
 
 mod config;
 mod model;

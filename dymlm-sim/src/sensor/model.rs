@@ -8,23 +8,23 @@ use crate::noise::{NormalTable, Use, stream};
 use crate::render::Rendering;
 use crate::scene::Part;
 
-/// A depth camera: from exact depth to readings.
+/// A depth camera: turns exact depth into readings.
 ///
-/// In the order of the light's way: the projector's shadow; readings lost or mixed at depth edges; the jitter
-/// of the place that a pixel looks at; surfaces that send nothing back; axial noise; disparity steps; range.
-/// Models: Nguyen, Izadi, Lovell (3DIMPVT 2012) for axial and lateral noise; Khoshelham, Elberink (Sensors
-/// 2012) for quantization; lateral jitter before axial noise as in Handa et al. (ICRA 2014). O(pixels).
+/// The errors: the projector's shadow; readings lost or mixed at depth edges; jitter of the point that a
+/// pixel looks at; surfaces that send nothing back; axial noise; disparity steps; range. Models: Nguyen,
+/// Izadi, Lovell (3DIMPVT 2012) for axial and lateral noise; Khoshelham, Elberink (Sensors 2012) for
+/// quantization; lateral jitter before axial noise as in Handa et al. (ICRA 2014). O(pixels).
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
     config: SensorConfig,
     seed: u64,
     normals: NormalTable,
-    /// Cosine of an incidence that is surely below the one from which on readings get lost.
+    /// Cosine of an angle of incidence a little below that at which readings begin to get lost.
     steep: f32,
 }
 
-/// What a frame shows: exact depth, what each pixel looks at, and the share of readings that each part
-/// swallows.
+/// What a frame shows: exact depth, what each pixel looks at, and the share of readings that are lost on each
+/// part.
 #[derive(Debug, Clone, Copy)]
 struct Seen<'a> {
     exact: &'a Rendering,
@@ -40,13 +40,13 @@ pub(crate) struct Places(Vec<Place>);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     Surface,
-    /// Within reach of a depth edge.
+    /// Near a depth edge.
     Edge,
     /// Not lit by the projector.
     Shadow,
 }
 
-/// A depth step is an edge from 3 cm + 4 % of the depth on, as in plane extraction (Feng 2014).
+/// A depth step of more than 3 cm + 4 % of the depth is an edge, as in plane extraction (Feng 2014).
 fn is_edge(z: f32, other: f32) -> bool {
     (z - other).abs() > 0.03 + 0.04 * z.min(other)
 }
@@ -94,7 +94,7 @@ impl Sensor {
         }
     }
 
-    /// Pixels over which an edge is felt.
+    /// Distance from an edge, in pixels of this image, within which readings are disturbed.
     fn reach(&self, width: usize) -> usize {
         (self.config.edge_width * width as f64 / 640.0).round() as usize
     }
@@ -126,7 +126,7 @@ impl Sensor {
         self.limit(row);
     }
 
-    /// Near an edge a reading is lost, or mixed from the surfaces on its two sides, or right.
+    /// A reading near an edge: lost (0), mixed from the surfaces on both sides, or exact.
     fn at_edge(&self, exact: &Rendering, [u, v]: [usize; 2], reach: usize, rng: &mut impl Rng) -> f32 {
         let fate = rng.random_range(0.0..1.0);
         let z = exact.depth[v * exact.width + u];
@@ -144,14 +144,15 @@ impl Sensor {
         }
     }
 
-    /// Share of the readings of a part that get lost, seen from wherever.
+    /// Share of the readings of a part that get lost at any angle of incidence.
     fn lost(&self, part: &Part) -> f64 {
         self.config.dropout.max(f64::from(part.material.absorption) * self.config.absorption)
     }
 
-    /// Share of the readings that get lost at an incidence (its cosine): steep surfaces send little back.
+    /// Share of the readings that get lost at an angle of incidence, given by its cosine: steep surfaces send
+    /// little light back.
     fn lost_at(&self, incidence: f32, lost: f64) -> f64 {
-        // Only the few steep pixels need the angle.
+        // Only the few steep pixels need the angle itself.
         if incidence > self.steep {
             return lost;
         }
@@ -165,21 +166,21 @@ impl Sensor {
         let mut sigma = self.config.noise.sigma(z);
         if incidence < 0.6 {
             let angle = incidence.acos();
-            // The fit ends at 80 degrees.
+            // The fit is valid up to 80 degrees.
             let rest = (std::f32::consts::FRAC_PI_2 - angle).max(0.17);
             sigma += self.config.steep_noise as f32 * (0.0001 / z.sqrt() * (angle / rest) * (angle / rest));
         }
         sigma
     }
 
-    /// Depths whose disparity is a whole number of steps.
+    /// Rounds each depth to one whose disparity is a whole number of steps.
     fn quantize(&self, row: &mut [f32]) {
         if self.config.quantization <= 0.0 {
             return;
         }
         let steps_at_1m = 1.0 / self.config.quantization as f32;
         for z in row {
-            // Where there is no reading the quotient is infinite or negative; it is not used.
+            // Without a reading the quotient is infinite or negative, and the next line does not use it.
             let disparity = (steps_at_1m / *z + 0.5) as i32 as f32;
             *z = if *z > 0.0 && disparity >= 1.0 { steps_at_1m / disparity } else { 0.0 };
         }
@@ -200,7 +201,8 @@ impl Seen<'_> {
 }
 
 fn jittered(coordinate: usize, offset: f32, count: usize) -> usize {
-    // To the nearest whole pixel, away from zero: truncation is inline where `f32::round` is a call.
+    // Rounds to the nearest whole pixel, halves away from zero: truncation is inlined, while `f32::round` is
+    // a call.
     let whole = (offset + 0.5_f32.copysign(offset)) as i64;
     (coordinate as i64 + whole).clamp(0, count as i64 - 1) as usize
 }
@@ -237,9 +239,9 @@ fn mark_edges(places: &mut [Place], exact: &Rendering, reach: usize) {
     }
 }
 
-/// Marks what the projector, beside the camera on its x axis, does not reach. The projector sees a pixel at u
-/// at its own column u - disparity; going away from the projector's side, a column already passed is hidden
-/// behind what passed it.
+/// Marks what the projector, beside the camera on its x axis, does not light. The projector sees the pixel at
+/// u in its own column u - disparity. Pixels are visited from the projector's side; one whose column was
+/// already passed is occluded from the projector.
 fn mark_shadow(places: &mut [Place], depths: &[f32], disparity_at_1m: f32) {
     let mut passed = f32::INFINITY;
     let mut visit = |u: usize, toward: f32| {
@@ -248,7 +250,8 @@ fn mark_shadow(places: &mut [Place], depths: &[f32], disparity_at_1m: f32) {
             return;
         }
         let column = toward * (u as f32 - disparity_at_1m / z);
-        // Steep surfaces advance by little; rounding must not shadow them.
+        // On steep surfaces the column hardly changes from pixel to pixel; half a pixel of slack keeps
+        // rounding from shadowing them.
         if column > passed + 0.5 {
             places[u] = Place::Shadow;
         }

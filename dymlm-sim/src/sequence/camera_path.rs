@@ -6,14 +6,13 @@ use crate::scene::{Tour, Viewpoint};
 
 /// How the camera moves through the room, after the sequence types of the TUM RGB-D benchmark (Sturm 2012).
 ///
-/// All paths begin at a station that the room gives and look at what it shows there (in the office about 3 m
-/// before the desk); the people are between. Through a building the camera is carried, goes on a robot, or
-/// stands where its way begins ([`Static`](Self::Static)).
+/// All paths keep near a station that belongs to the room and look at the furniture before it (in the office
+/// from about 3 m before the desk); the people are between. Through a building the camera is carried, rides
+/// on a robot, or stands at the start of its tour ([`Static`](Self::Static)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum CameraPath {
-    /// Somebody carries the camera: steps of half a metre to all sides and slow turns, with a walker's
-    /// tremor.
+    /// Somebody carries the camera: it sways by up to half a metre and turns slowly, with a walker's tremor.
     #[default]
     Handheld,
     /// On a tripod.
@@ -22,13 +21,13 @@ pub enum CameraPath {
     Xyz,
     /// Turns about its three axes in turn, in place.
     Rpy,
-    /// Moves on a half sphere of 1.1 m about a point before the desk.
+    /// Moves on a half sphere of radius 1.1 m about a point before the desk.
     HalfSphere,
     /// On a robot, 0.3 m above the floor, level.
     Robot,
 }
 
-/// Height of a robot's camera and of a hand, metres.
+/// Heights of a camera on a robot and in a hand, metres.
 const ROBOT: f32 = 0.3;
 const HAND: f32 = 1.45;
 
@@ -63,7 +62,7 @@ impl CameraPath {
         let Viewpoint { station, target, pivot, .. } = *viewpoint;
         let wave = |period: f64, phase: f64| (TAU * (time / period + phase)).sin() as f32;
         let leg = |k: f64| {
-            // One axis after the other: a full wave of 5 s each.
+            // One axis after the other, each with a full wave of 5 s.
             let within = time.rem_euclid(15.0) - 5.0 * k;
             if (0.0..5.0).contains(&within) { (TAU * within / 5.0).sin() as f32 } else { 0.0 }
         };
@@ -109,7 +108,7 @@ impl CameraPath {
     }
 }
 
-/// A camera at `eye` looking at `target`, the view's z upwards in the image.
+/// The pose of a camera at `eye` that looks at `target`, with z up in the image.
 fn looking(eye: Vec3, target: Vec3) -> Pose3 {
     let forward = (target - eye).normalize();
     let right = forward.cross(Vec3::Z).normalize();

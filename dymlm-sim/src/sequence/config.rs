@@ -17,8 +17,8 @@ pub struct SequenceConfig {
     pub frames: usize,
     /// Frames a second, 0.1..=1000, default 10.
     pub frame_rate: f64,
-    /// Seed of all that is random: noise, the detector's failures, the people's start, speed and gestures,
-    /// and the whole room when it is [`Room::Random`]. Default 7.
+    /// Seed of everything random: noise, the detector's failures, the people's start, speed and gestures, and
+    /// the whole room when it is [`Room::Random`]. Default 7.
     pub seed: u64,
     /// The camera. Default `None`: 640x480, f = 525 px, principal point in the middle (a Kinect).
     pub camera: Option<PinholeCamera>,
@@ -26,25 +26,25 @@ pub struct SequenceConfig {
     pub room: Room,
     /// What the people do. Default [`Activity::Walking`].
     pub activity: Activity,
-    /// The day of the recording, 0..=1000, default 0: on another, some chairs, plants and suitcases stand
-    /// elsewhere, some are gone and others are there, and the noise is another.
+    /// The day of the recording, 0..=1000, default 0: on each other day, some chairs, plants and suitcases
+    /// stand elsewhere, some are gone, some are new, and the noise differs.
     pub day: u64,
     /// How the camera moves. Default [`CameraPath::Handheld`].
     pub path: CameraPath,
     /// Turn of the camera about its optical axis, radians, -pi..=pi, default 0: a quarter turn holds it on
     /// its side.
     pub camera_roll: f64,
-    /// How far the camera looks further down, radians, -pi/2..=pi/2, default 0; before it is rolled.
+    /// By how much the camera is tilted downwards, radians, -pi/2..=pi/2, default 0; applied before the roll.
     pub camera_pitch: f64,
-    /// Where the room stands in the world; in its own frame z is up and the floor is z = 0. Default identity.
-    /// A tilted world shows whether a map depends on which way is up.
+    /// Pose of the room in the world; in the room's own frame z is up and the floor is z = 0. Default
+    /// identity. A tilted world shows whether a map depends on the direction of gravity.
     pub world_from_scene: Pose,
-    /// Number of people, in a building of people in a room, 0..=2, default 2.
+    /// Number of people, in a building the number in each room where people are, 0..=2, default 2.
     pub people: usize,
-    /// Whether the people have heights and clothes drawn from the seed. Default false: the same two in all
-    /// sequences.
+    /// Whether the people have heights and clothes drawn from the seed. Default false: the same two people in
+    /// all sequences.
     pub strangers: bool,
-    /// What happens beside what the people do, and no detector reports. Default nothing.
+    /// Events apart from the people's motion, which no detector reports. Default none.
     pub events: Vec<SceneEvent>,
     /// When events happen, seconds, 0..=1e9. Default `None`: each at a moment of its own in the second
     /// quarter of the sequence, drawn from the seed.
@@ -87,9 +87,9 @@ impl Default for SequenceConfig {
 }
 
 impl SequenceConfig {
-    /// A sequence in a room made up from `seed`, with one of the camera's paths. The rooms of odd seeds stand
-    /// in a world that is turned and shifted at random ([`world_from_scene`](Self::world_from_scene)), those
-    /// of even ones stand upright.
+    /// A sequence in a room generated from `seed`, with one of the camera's paths. The world of odd seeds is
+    /// turned and shifted at random ([`world_from_scene`](Self::world_from_scene)); with even seeds it is
+    /// upright.
     ///
     /// ```
     /// use dymlm_sim::{Activity, Sequence, SequenceConfig};
@@ -109,9 +109,9 @@ impl SequenceConfig {
         Self { room: Room::Random, seed, path, world_from_scene, ..Self::default() }
     }
 
-    /// A building of 2 to 60 rooms made up from `seed`; the frames, 10 a second, show all of the camera's
-    /// tour, 40 s a room. With another [`frame_rate`](Self::frame_rate) the number of
-    /// [`frames`](Self::frames) changes too.
+    /// A building of 2 to 60 rooms generated from `seed`; the frames, 10 a second, show the whole tour of the
+    /// camera, 40 s for each room. With another [`frame_rate`](Self::frame_rate), change the number of
+    /// [`frames`](Self::frames) too.
     pub fn building(seed: u64, rooms: usize) -> Self {
         let tour = SECONDS_A_ROOM * rooms as f64;
         let room = Room::Building { rooms };
@@ -136,8 +136,8 @@ impl SequenceConfig {
     }
 }
 
-/// A rotation drawn evenly from all (Shoemake, "Uniform random rotations", 1992) and a shift of up to 5 m an
-/// axis, from six values of 0..1.
+/// A uniformly random rotation (Shoemake, "Uniform random rotations", 1992) and a shift of up to 5 m along
+/// each axis, from six values of 0..1.
 fn random_pose([u, v, w, x, y, z]: [f64; 6]) -> Pose {
     let (first, second) = ((1.0 - u).sqrt(), u.sqrt());
     let ((sin_v, cos_v), (sin_w, cos_w)) = ((TAU * v).sin_cos(), (TAU * w).sin_cos());

@@ -5,8 +5,8 @@ use crate::render::Rendering;
 use crate::scene::Part;
 use crate::sensor::Places;
 
-/// Buffers that a [`Sequence`](crate::Sequence) renders into: with one of them, and frames handed back when
-/// they are done with, a further frame allocates no images.
+/// Buffers that a [`Sequence`](crate::Sequence) renders into: with frames handed back after use, the next
+/// frame allocates no images.
 ///
 /// ```
 /// use dymlm_core::PinholeCamera;
@@ -34,7 +34,7 @@ pub struct FrameScratch {
 }
 
 impl FrameScratch {
-    /// Takes the images of a frame for the next one.
+    /// Reuses the images of a frame for the next one.
     pub fn recycle(&mut self, frame: SimulatedFrame) {
         let (depth, color) = frame.frame.into_images();
         self.readings = depth.into_data();
@@ -44,7 +44,7 @@ impl FrameScratch {
         self.spare_masks = vec![frame.mover_mask, frame.transient_mask];
     }
 
-    /// A mask of a size, with whatever choices.
+    /// A mask of the given size with arbitrary contents.
     pub(super) fn take_mask(&mut self, width: usize, height: usize) -> Option<Mask> {
         let spare = self.spare_masks.pop();
         let fits = spare.filter(|mask| (mask.width(), mask.height()) == (width, height));

@@ -1,4 +1,4 @@
-//! A recording that never was: frames by index, with their truth.
+//! A simulated recording: frames by index, with their truth.
 
 mod camera_path;
 mod config;

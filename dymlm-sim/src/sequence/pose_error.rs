@@ -9,18 +9,18 @@ use crate::noise::{NormalTable, Use, stream};
 /// Odometry adds a small error to each step in the camera's frame, estimate <- estimate * step * exp(n),
 /// which makes the drift a random walk in SE(3); n is the integral of a velocity that is linear between
 /// independent normal values, so that the walk is smooth. When the loop with the first frame closes at time
-/// T, the error there, C = exact(T) estimate(T)^-1, is found, and the correction of frame t <= T goes the
-/// share t / T of the way from the identity to C (Lu and Milios 1997 for equally sure links in a chain);
-/// frames after T are corrected by C. Jitter of a frame alone comes on top.
+/// T, the error there, C = exact(T) estimate(T)^-1, becomes known, and frame t <= T is corrected by the share
+/// t / T of the motion from the identity to C (Lu and Milios 1997 for a chain of equally certain links);
+/// frames after T are corrected by C. Each frame's own jitter comes on top.
 ///
-/// The walk is followed once, O(frames); each pose then costs O(1).
+/// The walk is computed once, O(frames); each pose then costs O(1).
 #[derive(Debug, Clone)]
 pub(super) struct PoseError {
     config: PoseErrorConfig,
     seed: u64,
     normals: NormalTable,
-    /// The first camera's exact frame in the world: all errors are seen from there, wherever the world's
-    /// origin is.
+    /// The first camera's exact pose: all errors are relative to it, so that the world's origin does not
+    /// matter.
     world_from_first: Pose,
     /// Odometry's estimates.
     first_from_camera: Vec<Pose>,
@@ -30,11 +30,11 @@ pub(super) struct PoseError {
 #[derive(Debug, Clone, Copy)]
 struct Closure {
     frame: usize,
-    /// What brings the estimate of that frame to the exact pose.
+    /// Takes the estimate of that frame to the exact pose.
     correction: Pose,
 }
 
-/// What the back end knows.
+/// Whether the back end has closed the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Knowledge {
     BeforeClosure,
@@ -52,8 +52,8 @@ enum Part {
 type Twist = [f64; 6];
 
 impl PoseError {
-    /// Follows the random walk along the exact poses, one a frame, `frame_time` seconds apart; `None` when
-    /// the config asks for exact poses.
+    /// Computes the random walk along the exact poses, one for each frame, `frame_time` seconds apart; `None`
+    /// when the config asks for exact poses.
     pub(super) fn new(
         config: &PoseErrorConfig,
         seed: u64,
@@ -77,12 +77,12 @@ impl PoseError {
         Some(error)
     }
 
-    /// The frame from which on the loop is closed, if one of the sequence is.
+    /// The first frame after the loop closure, if a loop closes within the sequence.
     pub(super) fn closure_frame(&self) -> Option<usize> {
         self.closure.map(|closure| closure.frame)
     }
 
-    /// The estimate of frame `index` when it was taken.
+    /// The estimate of frame `index` at the time when the frame was taken.
     pub(super) fn estimate(&self, index: usize) -> Option<Pose> {
         self.pose(index, self.knowledge_at(index))
     }
@@ -140,9 +140,9 @@ impl PoseError {
         self.closure = closure;
     }
 
-    /// The error of a step: white noise of unit power, scaled by the rates. With knots of unit variance every
-    /// `spacing` seconds, the integral over a time t >> spacing has variance t / spacing in units of the
-    /// spacing.
+    /// The error of a step: the integral of noise with knots of unit variance, scaled by the rates. With
+    /// knots every `spacing` seconds, the integral over a time t >> spacing has the variance t / spacing in
+    /// units of the spacing.
     fn scaled(&self, drift: Twist, step: &Pose, frame_time: f64, spacing: f64) -> Pose {
         let rate = |per_second: f64, per_motion: f64, motion: f64| {
             let variance = per_second.powi(2) + per_motion.powi(2) * motion / frame_time;
@@ -160,7 +160,7 @@ impl PoseError {
         motion([x, y, z].map(|v| v * translation), [a, b, c].map(|v| v * rotation))
     }
 
-    /// The integral of the piecewise linear noise through the knots, from one place among them to another.
+    /// The integral of the piecewise linear noise through the knots; `from` and `to` count in knots.
     fn integral(&self, [from, to]: [f64; 2]) -> Twist {
         let mut sum = [0.0; 6];
         let mut knot = from.max(0.0).floor();
@@ -168,7 +168,7 @@ impl PoseError {
         while knot < to {
             let after = self.knot(knot + 1.0);
             let [begin, end] = [from, to].map(|place| (place - knot).clamp(0.0, 1.0));
-            // Of a line from `before` to `after`: the width times its value in the middle.
+            // The integral of a line from `before` to `after` is the width times the value in the middle.
             let middle = f64::midpoint(begin, end);
             for (sum, (before, after)) in sum.iter_mut().zip(before.iter().zip(&after)) {
                 *sum += (end - begin) * (before + middle * (after - before));
@@ -211,7 +211,7 @@ fn motion(translation: [f64; 3], rotation: [f64; 3]) -> Pose {
     let angle = rotation.iter().map(|r| r * r).sum::<f64>().sqrt();
     let scale = if angle > 1e-9 { (0.5 * angle).sin() / angle } else { 0.5 };
     let [x, y, z] = rotation.map(|r| r * scale);
-    // Finite, and a unit quaternion: never refused.
+    // A finite translation and a unit quaternion are never refused.
     Pose::new(translation, [x, y, z, (0.5 * angle).cos()]).unwrap_or_default()
 }
 
@@ -243,13 +243,14 @@ mod tests {
             rotation_per_second: 0.002,
             ..PoseErrorConfig::default()
         };
-        // At least 20 knots, since those at the ends count half.
+        // The time spans at least 20 knots, since those at the ends count half.
         for (frame_time, times) in [(1.0 / 30.0, [10.0, 40.0]), (0.1, [10.0, 40.0]), (2.0, [50.0, 200.0])] {
             for seconds in times {
                 let seconds: f64 = seconds;
                 let [translation, rotation] =
                     drift_after(&config, frame_time, (seconds / frame_time).round() as usize);
-                // 1200 normal numbers tell a deviation to 2 %; the table's and the ends' errors come on top.
+                // 1200 normal numbers give a standard deviation to 2 %; the errors of the table and of the
+                // ends come on top.
                 assert!((translation / (0.01 * seconds.sqrt()) - 1.0).abs() < 0.08, "{translation} m");
                 assert!((rotation / (0.002 * seconds.sqrt()) - 1.0).abs() < 0.08, "{rotation} rad");
             }

@@ -1,10 +1,10 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// How the poses that a SLAM front end estimates depart from the exact ones. By default they do not.
+/// The errors of the poses that a SLAM front end estimates. By default they are exact.
 ///
-/// All errors happen in the camera's frame, so that they do not depend on where the world's origin is. Random
-/// walks are given by the root mean square of the whole translation or rotation (not of one axis) after one
-/// unit of time or motion; after n units it is sqrt(n) times as much.
+/// All errors act in the camera's frame, so that they do not depend on the world's origin. Random walks are
+/// given by the root mean square of the whole translation or rotation (not of one axis) after one unit of
+/// time or motion; after n units the root mean square is sqrt(n) times as large.
 ///
 /// ```
 /// use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
@@ -18,7 +18,7 @@ use dymlm_core::{ConfigError, check_range};
 /// // At 10 s the loop closes.
 /// assert_eq!(sequence.loop_closure_frame(), Some(100));
 /// assert!(error(100) < error(99));
-/// // The back end then knows better about the earlier frames as well.
+/// // The back end then corrects the earlier frames as well.
 /// assert_eq!(sequence.corrected_poses(100).len(), 101);
 /// assert_ne!(sequence.corrected_poses(100)[50], sequence.corrected_poses(99)[50]);
 /// # Ok::<(), dymlm_core::Error>(())
@@ -34,17 +34,17 @@ pub struct PoseErrorConfig {
     pub translation_per_metre: f64,
     /// Further drift of the rotation by motion, radians after a radian turned (sqrt(rad)), 0..=1, default 0.
     pub rotation_per_radian: f64,
-    /// Time over which the drift keeps its direction, seconds, 0.01..=100, default 0.5: between its moments
-    /// the drift's velocity changes linearly, so that the error is a smooth function of time. (A frame's time
-    /// when that is longer.)
+    /// Time over which the drift keeps its direction, seconds, 0.01..=100, default 0.5: the drift's velocity
+    /// is drawn anew at these intervals and linear in between, so that the error is a smooth function of
+    /// time. (The time between frames when that is longer.)
     pub smoothness: f64,
     /// Error of the position of each frame alone, metres (root mean square of its length), 0..=1, default 0.
     pub translation_jitter: f64,
     /// Error of the rotation of each frame alone, radians (root mean square of its angle), 0..=1, default 0.
     pub rotation_jitter: f64,
-    /// Time at which the back end closes a loop with the first frame, seconds, 0..=1e9, default `None`. It
-    /// finds out the whole drift and spreads it evenly over the frames so far, as pose-graph optimization
-    /// does with equally sure odometry steps; later frames drift on from there.
+    /// Time at which the back end closes a loop with the first frame, seconds, 0..=1e9, default `None`. The
+    /// closure removes the whole drift and spreads the correction evenly over the frames so far, as
+    /// pose-graph optimization does with equally certain odometry steps; later frames drift on from there.
     pub loop_closure: Option<f64>,
 }
 
@@ -64,12 +64,12 @@ impl Default for PoseErrorConfig {
 }
 
 impl PoseErrorConfig {
-    /// RGB-D SLAM among walking people: 1 cm and 0.27 degrees a second, and a jitter of 1 mm and 0.03
-    /// degrees.
+    /// RGB-D SLAM among walking people: a drift of 1 cm and 0.27 degrees after a second, and a jitter of 1 mm
+    /// and 0.03 degrees.
     ///
     /// The drift is the relative pose error over a second (RMSE) that Yu et al. ("DS-SLAM", IROS 2018, tables
-    /// II and III) report on TUM's `fr3_walking_static`: 0.0102 m and 0.269 degrees; with moving cameras it
-    /// is two to three times as much there. The jitter is an estimate.
+    /// II and III) report on TUM's `fr3_walking_static`: 0.0102 m and 0.269 degrees; with moving cameras they
+    /// report two to three times as much. The jitter is an estimate.
     #[must_use]
     pub fn slam() -> Self {
         Self {
@@ -81,9 +81,9 @@ impl PoseErrorConfig {
         }
     }
 
-    /// Odometry whose position is off by a `share` of the way (root mean square) when `metres` have been
-    /// travelled: visual odometry drifts by .01 to .05 of it. Rotation and jitter are those of
-    /// [`slam`](Self::slam); what the turned camera then goes astray comes on top.
+    /// Odometry whose position error is a `share` of the distance travelled (root mean square) after
+    /// `metres`: visual odometry drifts by .01 to .05 of the distance. Rotation and jitter are those of
+    /// [`slam`](Self::slam); the position error that follows from the rotation error comes on top.
     #[must_use]
     pub fn share_of_way(share: f64, metres: f64) -> Self {
         Self { translation_per_second: 0.0, translation_per_metre: share * metres.sqrt(), ..Self::slam() }

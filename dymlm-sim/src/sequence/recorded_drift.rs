@@ -1,17 +1,17 @@
 use dymlm_core::Pose;
 
-/// The drift of a real odometry, by the way travelled, to be put on other paths.
+/// The drift of a real odometry as a function of the distance travelled, to be applied to other paths.
 ///
-/// Between two places of the recorded path, the odometry's motion departs from the true one by a small motion
-/// in the sensor's frame. On another path the same departures happen at the same distances travelled, one
-/// after the other: estimate <- estimate * step * departure. What rests does not drift.
+/// Between two poses of the recorded path, the odometry's motion differs from the true one by a small motion
+/// in the sensor's frame, the departure. On another path the same departures happen at the same distances
+/// travelled, one after the other: estimate <- estimate * step * departure. A sensor at rest does not drift.
 ///
 /// ```
 /// use dymlm_core::Pose;
 /// use dymlm_sim::RecordedDrift;
 ///
 /// let at = |x: f64| Pose::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]);
-/// // An odometry that measures 2 % too much.
+/// // An odometry that measures distances 2 % too long.
 /// let drift = RecordedDrift::new(&[at(0.0)?, at(5.0)?, at(10.0)?], &[at(0.0)?, at(5.1)?, at(10.2)?]);
 /// let drift = drift.ok_or("no path")?;
 /// let estimated = drift.on_path(&[at(1.0)?, at(3.0)?, at(3.0)?, at(2.0)?]);
@@ -23,7 +23,7 @@ use dymlm_core::Pose;
 /// ```
 #[derive(Debug, Clone)]
 pub struct RecordedDrift {
-    /// Along the recorded path.
+    /// Accumulated drift along the recorded path.
     records: Vec<Record>,
 }
 
@@ -31,13 +31,13 @@ pub struct RecordedDrift {
 struct Record {
     /// Distance travelled, metres.
     way: f64,
-    /// The departures of all steps so far, one after the other.
+    /// The product of the departures of all steps so far.
     departure: Pose,
 }
 
 impl RecordedDrift {
-    /// From the true poses of a path and the odometry's at the same times (world from sensor, both).
-    /// `None` when they are not as many, or the path has no length.
+    /// Takes the drift from the true poses of a path and the odometry's at the same times (both world from
+    /// sensor). `None` when their numbers differ, or the path has no length.
     pub fn new(exact: &[Pose], estimated: &[Pose]) -> Option<Self> {
         if exact.len() != estimated.len() {
             return None;
@@ -58,8 +58,8 @@ impl RecordedDrift {
         self.records.last().map_or(0.0, |last| last.way)
     }
 
-    /// What the odometry would estimate on a path, beginning with its first pose. A path that is longer than
-    /// the recorded one goes through it again.
+    /// The odometry's estimates on a path, beginning with the path's first pose. On a path longer than the
+    /// recorded one, the recorded drift repeats.
     pub fn on_path(&self, exact: &[Pose]) -> Vec<Pose> {
         let mut estimated: Vec<Pose> = exact.first().copied().into_iter().collect();
         let (mut way, mut before) = (0.0, Pose::identity());
@@ -74,7 +74,7 @@ impl RecordedDrift {
         estimated
     }
 
-    /// The departures up to a distance travelled, one after the other.
+    /// The product of the departures up to a distance travelled.
     fn departure(&self, way: f64) -> Pose {
         let length = self.length();
         let rounds = (way / length).floor();

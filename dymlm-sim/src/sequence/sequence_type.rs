@@ -1,8 +1,8 @@
 use crate::{Activity, CameraPath, SequenceConfig};
 
-/// The eight kinds of sequence that dynamic SLAM is measured on, after those of the TUM RGB-D benchmark
+/// The eight kinds of sequence on which dynamic SLAM is usually measured, after the TUM RGB-D benchmark
 /// (Sturm 2012, `freiburg3_sitting_static` and so on): two people sit at a desk or walk past it, and the
-/// camera stands, moves along its axes, on a half sphere, or turns.
+/// camera stands, moves along its axes or on a half sphere, or turns.
 ///
 /// ```
 /// use dymlm_sim::{Sequence, SequenceType};
@@ -47,7 +47,7 @@ impl SequenceType {
         Self::WalkingRpy,
     ];
 
-    /// Its name as in the benchmark: `walking_xyz`.
+    /// Its name in the benchmark, such as `walking_xyz`.
     pub fn name(self) -> &'static str {
         match self {
             Self::SittingStatic => "sitting_static",
@@ -61,7 +61,7 @@ impl SequenceType {
         }
     }
 
-    /// Its short name as in tables: `w/xyz`.
+    /// Its short name for tables, such as `w/xyz`.
     pub fn label(self) -> &'static str {
         match self {
             Self::SittingStatic => "s/static",
@@ -97,7 +97,7 @@ impl SequenceType {
         }
     }
 
-    /// The sequence in the office: 150 frames at 10 Hz, two people, the seed its own, all else by default.
+    /// The sequence in the office: 150 frames at 10 Hz, two people, a seed of its own, all else by default.
     pub fn config(self) -> SequenceConfig {
         SequenceConfig {
             seed: self.seed(),
@@ -107,7 +107,7 @@ impl SequenceType {
         }
     }
 
-    /// Seeds with which the walkers, whose ways meet at their ends, keep more than 0.6 m apart.
+    /// A seed with which the walkers, whose ways meet at their ends, keep more than 0.6 m apart.
     fn seed(self) -> u64 {
         match self {
             Self::SittingStatic => 1,

@@ -41,13 +41,12 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// The sequence that a config describes. By default an office with people walking through it: one walks
-    /// up and down before the desk, the other round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the
-    /// camera.
+    /// The sequence that a config describes: by default an office in which one person walks up and down
+    /// before the desk and another round the room, at 0.6 to 1 m/s and mostly 1 to 2.5 m from the camera.
     ///
     /// # Errors
     ///
-    /// [`Error::Config`] when a field of the config is outside its range.
+    /// [`Error::Config`] when a field of the config is outside its range, or an event finds no place.
     pub fn new(config: &SequenceConfig) -> Result<Self, Error> {
         config.validate()?;
         let camera = match config.camera {
@@ -74,7 +73,7 @@ impl Sequence {
 
     /// Finds places for the events, clear of the camera and well in its view.
     fn stage_events(&mut self) -> Result<(), Error> {
-        /// Moments of the sequence at which the view is asked.
+        /// Moments of the sequence at which the camera's view is tested.
         const MOMENTS: usize = 12;
         let cameras = self.cameras_at(MOMENTS);
         let stage = self.stage(&cameras);
@@ -85,12 +84,12 @@ impl Sequence {
         Ok(())
     }
 
-    /// Brings the things to where they stand on the day of the recording.
+    /// Puts the things where they stand on the day of the recording.
     fn stage_day(&mut self) {
         if self.config.day == 0 {
             return;
         }
-        // Twice a second: what the camera passes stands in its way all the time.
+        // Twice a second, since a thing on the camera's path is in the way all the time.
         let cameras = self.cameras_at((2.0 * self.timestamp(self.len())).ceil() as usize);
         let (seed, day) = (self.config.seed, self.config.day);
         let mut scene = self.scene.clone();
@@ -98,7 +97,7 @@ impl Sequence {
         self.scene = scene;
     }
 
-    /// Poses of the camera in the scene, so many, spread over the sequence.
+    /// The camera's poses in the scene at `moments` frames spread over the sequence.
     fn cameras_at(&self, moments: usize) -> Vec<Pose3> {
         (0..moments).map(|k| self.scene_from_camera(self.len() * k / moments)).collect()
     }
@@ -126,12 +125,12 @@ impl Sequence {
         self.config.frames
     }
 
-    /// Never: a sequence has at least one frame.
+    /// Always false: a sequence has at least one frame.
     pub fn is_empty(&self) -> bool {
         self.config.frames == 0
     }
 
-    /// The config that it was made with.
+    /// The config that the sequence was made with.
     pub fn config(&self) -> &SequenceConfig {
         &self.config
     }
@@ -151,16 +150,15 @@ impl Sequence {
         self.config.world_from_scene * to_pose(&self.scene_from_camera(index))
     }
 
-    /// The pose of frame `index` as it is estimated when the frame is taken; the exact one when the config
-    /// asks for no errors, and past the end.
+    /// The pose of frame `index` as estimated when the frame is taken; the exact pose when the config asks
+    /// for no errors, and past the end.
     pub fn estimated_pose(&self, index: usize) -> Pose {
         let estimate = self.pose_error.as_ref().and_then(|error| error.estimate(index));
         estimate.unwrap_or_else(|| self.world_from_camera(index))
     }
 
     /// The poses of frames 0 to `at_frame` (or to the end) as the back end knows them when frame `at_frame`
-    /// is taken: before a loop closure those that were estimated, from it on the corrected ones of all
-    /// frames.
+    /// is taken: before a loop closure the estimated poses, from then on the corrected poses of all frames.
     pub fn corrected_poses(&self, at_frame: usize) -> Vec<Pose> {
         match &self.pose_error {
             Some(error) => error.estimates_at(at_frame),
@@ -170,7 +168,7 @@ impl Sequence {
         }
     }
 
-    /// The frame from which on the loop is closed: those who follow the poses take
+    /// The frame at which the loop closes: a map that follows the poses takes the
     /// [`corrected_poses`](Self::corrected_poses) then. `None` when no loop closes within the sequence, or
     /// poses are exact.
     pub fn loop_closure_frame(&self) -> Option<usize> {
@@ -190,8 +188,8 @@ impl Sequence {
         })
     }
 
-    /// What the events change, in the order of the config; a trolley, which rests nowhere, and a door, which
-    /// closes again, change nothing.
+    /// What the events change for good, in the order of the config; a trolley, which never rests, and a door,
+    /// which closes again, change nothing.
     pub fn changes(&self) -> Vec<SceneChange> {
         let in_world = |area: OrientedBox| area.transformed(&self.config.world_from_scene);
         let changes = self.scene.happenings.iter().filter_map(|happening| {
@@ -208,8 +206,8 @@ impl Sequence {
         changes.collect()
     }
 
-    /// The labelled things that stand elsewhere than in another sequence of the same rooms, such as one of
-    /// another [`day`](SequenceConfig::day), or in one of both alone.
+    /// The labelled things that stand elsewhere than in an earlier sequence of the same rooms, such as one of
+    /// another [`day`](SequenceConfig::day), or that are in only one of the two.
     pub fn differences_from(&self, earlier: &Self) -> Vec<PlaceChange> {
         let in_world = |sequence: &Self, id: usize| {
             Some(sequence.scene.place_of(id)?.transformed(&sequence.config.world_from_scene))
@@ -229,7 +227,7 @@ impl Sequence {
         self.frame_with(index, &mut FrameScratch::default())
     }
 
-    /// [`frame`](Self::frame) with buffers that live on: the same bits, and no allocation of images once
+    /// [`frame`](Self::frame) with buffers that are reused: the same bits, and no allocation of images once
     /// [`FrameScratch::recycle`] has been given a frame.
     pub fn frame_with(&self, index: usize, scratch: &mut FrameScratch) -> Option<SimulatedFrame> {
         if index >= self.len() {
@@ -305,7 +303,7 @@ impl Sequence {
     }
 }
 
-/// Marks the pixels that show things of a kind.
+/// Sets each pixel of the mask to whether it shows a thing that `is_marked` selects.
 fn mark(exact: &Rendering, parts: &[Part], mask: &mut Mask, is_marked: impl Fn(usize) -> bool) {
     let marked: Vec<bool> = parts.iter().map(|part| is_marked(part.instance)).collect();
     for (pixel, &part) in exact.part.iter().enumerate() {

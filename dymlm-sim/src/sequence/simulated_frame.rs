@@ -7,9 +7,9 @@ use crate::SceneEvent;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SimulatedFrame {
-    /// What the camera gives: noisy depth and colour.
+    /// The camera's output: noisy depth and colour.
     pub frame: Frame,
-    /// What the detector gives, best score first.
+    /// The detector's output, highest score first.
     pub detections: Vec<Detection>,
     /// The exact pose.
     pub world_from_camera: Pose,
@@ -21,70 +21,70 @@ pub struct SimulatedFrame {
     /// `true` where the ray through the pixel's centre meets a mover: people, a carried thing, and what an
     /// event has set in motion.
     pub mover_mask: Mask,
-    /// `true` where it meets what does not stand there at the end: a mover, or a thing at rest that an event
-    /// takes away later. A finished map is to hold none of it.
+    /// `true` where this ray meets something that does not stand there at the end: a mover, or a thing at
+    /// rest that an event takes away later. A finished map must hold none of these points.
     pub transient_mask: Mask,
     /// The things in view that have a label, by ascending id.
     pub visible_things: Vec<VisibleThing>,
-    /// The exact place of the thing that a hand carries, if the config asks for one.
+    /// The exact pose of the thing that a hand carries, if the config asks for one.
     pub carried: Option<CarriedThing>,
-    /// Index of the static part that each pixel shows; passing parts and nothing at all lie beyond the static
-    /// ones.
+    /// Index of the part that each pixel shows; the static parts come first, and any higher index is a moving
+    /// part or nothing.
     pub(crate) parts: Vec<u16>,
 }
 
-/// The thing that a hand carries, exactly.
+/// The exact pose and size of the thing that a hand carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct CarriedThing {
-    /// The id that it has among the visible things.
+    /// Its id among the visible things.
     pub id: usize,
     /// COCO label.
     pub label: &'static str,
-    /// Where it is. Its own frame has its origin in the middle; at rest x points to the right, y away from
+    /// Its exact pose. Its own frame has the origin in its middle; at rest x points to the right, y away from
     /// the camera, z up.
     pub world_from_object: Pose,
     /// Full lengths along its axes, metres (a cup's without the handle).
     pub lengths: [f64; 3],
 }
 
-/// What an event does to a thing.
+/// The change that an event makes to a thing.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SceneChange {
     /// The event.
     pub event: SceneEvent,
-    /// The id that the thing has among the visible things, and among the true objects.
+    /// The thing's id among the visible things and among the true objects.
     pub id: usize,
     /// COCO label, if it has one.
     pub label: Option<&'static str>,
-    /// When it begins to move and when it rests again, seconds.
+    /// When the thing begins to move and when it rests again, seconds.
     pub times: [f64; 2],
-    /// The box in the world that it fills before; none if nothing is there.
+    /// The box that it fills before the event, in the world; `None` if nothing is there.
     pub before: Option<OrientedBox>,
-    /// The box that it fills afterwards, to the end; none if nothing is there any more.
+    /// The box that it fills after the event, to the end; `None` if nothing is there any more.
     pub after: Option<OrientedBox>,
 }
 
-/// A labelled thing that stands elsewhere in one of two sequences, or in one alone.
+/// A labelled thing that stands in different places in two sequences, or in only one of them.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PlaceChange {
-    /// The id that the thing has among the visible things.
+    /// The thing's id among the visible things.
     pub id: usize,
     /// COCO label.
     pub label: &'static str,
-    /// The box in the world that it fills in the earlier one; none if it is not there.
+    /// The box that it fills in the earlier sequence, in the world; `None` if it is not there.
     pub before: Option<OrientedBox>,
-    /// The box that it fills in the later one.
+    /// The box that it fills in the later sequence.
     pub after: Option<OrientedBox>,
 }
 
-/// A labelled thing as one frame shows it, exactly.
+/// A labelled thing and the exact pixels that show it in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct VisibleThing {
-    /// Tells things of a sequence apart; the same in all its frames.
+    /// Identifies the thing in all frames of a sequence.
     pub id: usize,
     /// COCO label.
     pub label: &'static str,

@@ -10,7 +10,7 @@ pub(super) struct CellGrid {
     counts: [usize; 3],
 }
 
-/// Bounds of a body in the scene: centre and half extents.
+/// Axis-aligned bounds of a body in the scene: centre and half extents.
 pub(super) fn bounds(part: &Part) -> [Vec3; 2] {
     let rotation = Mat3::from_quat(part.scene_from_part.rotation);
     let half = part.shape.half_extents();
@@ -20,10 +20,10 @@ pub(super) fn bounds(part: &Part) -> [Vec3; 2] {
 }
 
 impl CellGrid {
-    /// No cell at all.
+    /// A grid without cells.
     pub(super) const EMPTY: Self = Self { corner: Vec3::ZERO, size: 1.0, counts: [0; 3] };
 
-    /// Cells of side `size` over all bodies and `margin` around them.
+    /// A grid of cells of side `size` over all bodies and `margin` around them.
     pub(super) fn around(parts: &[Part], margin: f32, size: f32) -> Self {
         let mut low = Vec3::INFINITY;
         let mut high = Vec3::NEG_INFINITY;
@@ -39,7 +39,7 @@ impl CellGrid {
         Self { corner, size, counts }
     }
 
-    /// The smallest grid that holds two, which have cells of one size and corners anywhere.
+    /// The smallest grid that holds two grids with the same cell size and arbitrary corners.
     pub(super) fn joined(self, other: Self) -> Self {
         if self.len() == 0 {
             return other;

@@ -8,7 +8,7 @@ use parry3d::math::{Mat3, Pose3, Rot3, Vec3};
 use super::flat_side::{FlatSide, SIDES, bounds_of, flat_sides, side_number};
 use crate::scene::{Part, Scene, Shape};
 
-/// The flat faces of a scene, and by how many frames each of their cells was seen.
+/// The flat faces of a scene, and how many frames saw each of their cells.
 #[derive(Debug, Clone)]
 pub(super) struct FaceTruth {
     faces: Vec<SceneFace>,
@@ -30,10 +30,10 @@ struct SceneFace {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct CellViews {
-    /// Frames that saw it well.
+    /// Frames that saw the cell well.
     frames: u32,
     last_frame: u32,
-    /// Whether there is any reading of it.
+    /// Whether any frame has a reading of the cell.
     read: bool,
 }
 
@@ -45,12 +45,12 @@ struct Body {
     faces: [Option<u32>; SIDES],
 }
 
-/// A frame on its way into the faces' cells.
+/// One frame, whose pixels are being added to the faces' cells.
 #[derive(Debug)]
 pub(super) struct FaceView<'a> {
     truth: &'a mut FaceTruth,
     scene_from_camera: Pose,
-    /// Directions and the camera's place in each body's frame.
+    /// For each body: the rotation from the camera's frame into the body's, and the camera's position there.
     part_from_camera: Vec<(Mat3, Vec3)>,
     /// Normals of the faces in the camera's frame.
     normals: Vec<[f64; 3]>,
@@ -59,14 +59,14 @@ pub(super) struct FaceView<'a> {
     frame: u32,
 }
 
-/// Cosine of the angle within which a face has the orientation of another that it lies on: 3 degrees.
+/// Cosine of the largest angle between a face and the face that it lies on: 3 degrees.
 const SAME_ORIENTATION: f64 = 0.998_63;
-/// Height of the relief that a depth camera can hardly tell from the face that it lies on, metres: two
+/// Largest height of a relief that a depth camera can hardly distinguish from the face below, metres: two
 /// standard deviations of a Kinect's depth at 3 m.
 const RELIEF_HEIGHT: f64 = 0.03;
-/// Boxes that are farther from each other hold nothing that touches or lies on the other, metres.
+/// Faces whose bounding boxes are farther apart than this neither touch nor lie on each other, metres.
 const REACH: f64 = 0.05;
-/// Share of a face that must lie within the outline of the one that it is a relief of.
+/// Share of a relief that must be within the outline of the face below.
 const RELIEF_SHARE: f64 = 0.8;
 
 impl FaceTruth {
@@ -88,8 +88,8 @@ impl FaceTruth {
         Self { faces, bodies }
     }
 
-    /// Begins frame number `frame` (from 1). Faces are seen well at depths in `range` and under at most the
-    /// angle of `least_cosine` between ray and normal.
+    /// Begins frame number `frame` (from 1). A face is seen well at depths in `range` where the cosine
+    /// between ray and normal is at least `least_cosine`.
     pub(super) fn view(
         &mut self,
         scene_from_camera: Pose,
@@ -116,7 +116,7 @@ impl FaceTruth {
         }
     }
 
-    /// The faces in the world; what at least `min_views` frames saw is seen.
+    /// The faces in the world; cells that at least `min_views` frames saw well count as seen.
     pub(super) fn in_world(&self, world_from_scene: &Pose, min_views: u32) -> Vec<TrueFace> {
         let faces = self.faces.iter().enumerate();
         faces.filter_map(|(id, face)| face.in_world(id, world_from_scene, min_views)).collect()
@@ -124,7 +124,7 @@ impl FaceTruth {
 }
 
 impl FaceView<'_> {
-    /// Notes that a pixel shows the point of the camera frame on the static body `part`.
+    /// Notes that a pixel shows `point` (in the camera's frame) on the static body `part`.
     #[inline]
     pub(super) fn see(&mut self, part: u16, point: [f64; 3]) {
         let part = usize::from(part);
@@ -160,7 +160,7 @@ impl Body {
     }
 }
 
-/// Sides that continue each other, directly or through others, by the first of each group.
+/// Groups of sides that continue each other, directly or through others, in the order of their first sides.
 fn continued_sides(sides: &[FlatSide]) -> Vec<Vec<usize>> {
     let mut first: Vec<usize> = (0..sides.len()).collect();
     for (a, b) in near_pairs(&sides.iter().map(FlatSide::bounds).collect::<Vec<_>>()) {
@@ -175,8 +175,8 @@ fn continued_sides(sides: &[FlatSide]) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The pairs of boxes (lowest and highest corner) that come within reach of each other, the lower index
-/// first: those that meet along x are compared.
+/// The pairs of boxes (lowest and highest corner) that are within [`REACH`] of each other, the lower index
+/// first. The boxes are swept along x, so that only pairs that overlap along x are compared.
 fn near_pairs(bounds: &[[[f64; 3]; 2]]) -> Vec<(usize, usize)> {
     let mut order: Vec<usize> = (0..bounds.len()).collect();
     order.sort_by(|&a, &b| bounds[a][0][0].total_cmp(&bounds[b][0][0]));
@@ -196,8 +196,8 @@ fn near_pairs(bounds: &[[[f64; 3]; 2]]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Assigns each face to the largest one that it lies on. Large faces come first, and one that lies on another
-/// has no relief of its own: reliefs do not chain.
+/// Assigns each face to the largest face that it lies on. Large faces come first, and a face that lies on
+/// another has no relief of its own: reliefs do not chain.
 fn find_reliefs(faces: &mut [SceneFace]) {
     let area = |face: &SceneFace| {
         face.inside.iter().filter(|&&inside| inside).count() as f64 * face.raster.cell_area()
@@ -227,7 +227,7 @@ impl SceneFace {
         group.sort_by(|a, b| b.doubled_area().total_cmp(&a.doubled_area()));
         let largest = *group.first()?;
         let pieces: Vec<Vec<[f64; 3]>> = group.iter().map(|side| side.corners.clone()).collect();
-        // The raster's plane goes through its first point: one of the largest side's.
+        // The raster's plane goes through its first point, which is a corner of the largest side.
         let corners = pieces.iter().flatten().copied();
         let raster = CellRaster::around(corners, largest.normal, largest.along_u, cell)?;
         let instance = scene.static_parts[largest.part].instance;
@@ -246,7 +246,7 @@ impl SceneFace {
         bounds_of(self.pieces.iter().flatten())
     }
 
-    /// Whether the face lies within the other's outline, close to it and facing the same way.
+    /// Whether most of the face is within the other's outline, close to it and facing the same way.
     fn lies_on(&self, other: &Self) -> bool {
         let (other_corner, _) = other.raster.frame();
         let level = dot(other.normal, other_corner);
@@ -368,7 +368,7 @@ mod tests {
             let mut view = truth.view(down, 0.17, 0.5..=2.0, frame);
             view.see(0, [0.111, 0.0, 1.0]);
             view.see(0, [0.112, 0.0, 1.0]);
-            // The side at x = 0.5 from above: read along its plane, but not seen.
+            // The side at x = 0.5 from above: it has readings along its plane, but is too steep to be seen.
             view.see(0, [0.5, 0.0, 1.5]);
             view.see(9, [0.0, 0.0, 1.0]);
         }

@@ -11,22 +11,22 @@ use crate::to_pose::to_pose;
 pub(super) struct FlatSide {
     /// Index of the body.
     pub(super) part: usize,
-    /// Which of its sides, see [`side_number`].
+    /// Number of the body's side, see [`side_number`].
     pub(super) side: usize,
-    /// Unit normal in the scene: out of a body, into a room.
+    /// Unit normal in the scene's frame: out of a body, into a room.
     pub(super) normal: [f64; 3],
-    /// A side of the polygon, unit length.
+    /// Direction of one of the polygon's edges, unit length.
     pub(super) along_u: [f64; 3],
     /// Convex polygon in the scene, counterclockwise about the normal.
     pub(super) corners: Vec<[f64; 3]>,
 }
 
-/// Sides that a body can have: one a half axis of its frame.
+/// Number of sides that a body can have: one for each half axis of its frame.
 pub(super) const SIDES: usize = 6;
-/// Corners of the polygon that stands for a disc.
+/// Corners of the polygon that represents a disc.
 const DISC_CORNERS: u8 = 48;
 
-/// The number of the side whose normal, in the body's frame, is given; `None` where the surface is curved.
+/// The number of the side with the given normal in the body's frame; `None` where the surface is curved.
 #[inline]
 pub(super) fn side_number(shape: &Shape, normal: Vec3) -> Option<usize> {
     let axis = match shape {
@@ -45,7 +45,7 @@ pub(super) fn flat_sides(part: &Part, index: usize) -> impl Iterator<Item = Flat
     (0..SIDES).filter_map(move |side| {
         let (axis, positive) = (side / 2, side % 2 == 1);
         let outwards = if positive { 1.0 } else { -1.0 };
-        // A room is seen from within: the side whose normal is +x is the one at -x.
+        // A room is seen from inside: the side with the normal +x is at -x.
         let place = if matches!(shape, Shape::Interior(_)) { -outwards } else { outwards };
         let unit = |axis: usize| std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
         let normal = unit(axis).map(|c: f64| c * outwards);
@@ -73,7 +73,7 @@ fn rectangle(center: [f64; 3], u: [f64; 3], v: [f64; 3], half_u: f64, half_v: f6
     vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]
 }
 
-/// A polygon of the disc's area.
+/// A regular polygon with the disc's area.
 fn disc(center: [f64; 3], u: [f64; 3], v: [f64; 3], radius: f64) -> Vec<[f64; 3]> {
     let step = TAU / f64::from(DISC_CORNERS);
     let radius = radius * (step / step.sin()).sqrt();
@@ -99,12 +99,12 @@ impl FlatSide {
         bounds_of(self.corners.iter())
     }
 
-    /// Distance of a point from the side's plane, metres, positive where the normal points.
+    /// Signed distance of a point from the side's plane, metres, positive on the side of the normal.
     pub(super) fn distance(&self, point: [f64; 3]) -> f64 {
         dot(self.normal, difference(point, self.corners[0]))
     }
 
-    /// Twice the area: enough to tell which of two sides is larger.
+    /// Twice the area: enough to compare two sides.
     pub(super) fn doubled_area(&self) -> f64 {
         let first = self.corners[0];
         let triangles = self.corners.windows(2);
@@ -113,7 +113,7 @@ impl FlatSide {
             .sum()
     }
 
-    /// Whether two sides lie on one plane, face the same way, and touch.
+    /// Whether two sides are on one plane, face the same way and touch.
     pub(super) fn continues(&self, other: &Self) -> bool {
         dot(self.normal, other.normal) > 0.99
             && other.corners.iter().all(|&corner| self.distance(corner).abs() <= COPLANAR)
@@ -122,8 +122,8 @@ impl FlatSide {
             && other.gap_to(self) <= TOUCHING
     }
 
-    /// Width of the widest strip along one of this side's edges that keeps the two apart; negative when they
-    /// overlap.
+    /// Largest distance of the other polygon beyond one of this side's edges; negative when no edge separates
+    /// the two.
     fn gap_to(&self, other: &Self) -> f64 {
         let next = self.corners.iter().cycle().skip(1);
         let edges = self.corners.iter().zip(next);
@@ -138,8 +138,8 @@ impl FlatSide {
     }
 }
 
-/// Sides no further off each other's planes than this are one face, metres: a tenth of a Kinect's noise at
-/// 2.5 m.
+/// Two sides are on one plane if they are at most this far from each other's planes, metres: a tenth of a
+/// Kinect's noise at 2.5 m.
 const COPLANAR: f64 = 0.002;
-/// Sides no further apart than this on their plane touch, metres: a pixel at 4 m is 0.8 cm wide.
+/// Two sides touch if they are at most this far apart in their plane, metres: a pixel at 4 m is 0.8 cm wide.
 const TOUCHING: f64 = 0.015;

@@ -1,4 +1,4 @@
-//! What is true of a sequence, gathered from its scene and its frames.
+//! The truth about a sequence, gathered from its scene and its frames.
 
 mod cell_grid;
 mod face_truth;

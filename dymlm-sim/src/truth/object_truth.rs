@@ -10,7 +10,7 @@ use super::surface_samples::surface_samples;
 use crate::scene::{Motion, Part, Scene, Shape};
 use crate::to_pose::to_pose;
 
-/// The labelled things of a scene that stay, and what was seen of them.
+/// The labelled static things of a scene, and what was seen of them.
 #[derive(Debug, Clone)]
 pub(super) struct ObjectTruth {
     objects: Vec<SceneObject>,
@@ -28,7 +28,7 @@ struct SceneObject {
     is_round: bool,
     /// Cubes of the thing's frame that its surface passes through.
     surface: VoxelMap<CubeViews>,
-    /// Pixels in the current frame.
+    /// Pixels that show the object in the current frame.
     pixels: usize,
     frames: u32,
 }
@@ -40,7 +40,7 @@ struct CubeViews {
 }
 
 impl ObjectTruth {
-    /// The objects, their surface divided by cubes of side `cube` metres.
+    /// The objects, their surface sampled in cubes of side `cube` metres.
     pub(super) fn new(scene: &Scene, cube: f64) -> Self {
         let mut truth = Self {
             objects: Vec::new(),
@@ -63,8 +63,8 @@ impl ObjectTruth {
         truth
     }
 
-    /// Notes that a pixel of frame number `frame` (from 1) shows the point of the scene on the static body
-    /// `part`.
+    /// Notes that a pixel of frame number `frame` (from 1) shows `point` (in the scene's frame) on the static
+    /// body `part`.
     #[inline]
     pub(super) fn see(&mut self, part: u16, point: [f64; 3], frame: u32) {
         let Some(&Some(object)) = self.object_of_part.get(usize::from(part)) else { return };
@@ -78,7 +78,7 @@ impl ObjectTruth {
         }
     }
 
-    /// Ends a frame: what shows `min_pixels` was visible.
+    /// Ends a frame: objects with at least `min_pixels` pixels were visible in it.
     pub(super) fn end_frame(&mut self, min_pixels: f64) {
         for object in &mut self.objects {
             object.frames += u32::from(object.pixels as f64 >= min_pixels);
@@ -86,7 +86,7 @@ impl ObjectTruth {
         }
     }
 
-    /// The objects in the world; surface that at least `min_views` frames saw is seen.
+    /// The objects in the world; surface that at least `min_views` frames saw counts as seen.
     pub(super) fn in_world(&self, world_from_scene: &Pose, min_views: u32) -> Vec<TrueObject> {
         let objects = self.objects.iter();
         objects
@@ -134,13 +134,13 @@ pub(crate) fn box_around(scene_from_thing: &Pose, parts: &[&Part]) -> Option<Ori
     OrientedBox::new(*scene_from_thing * at(center), lengths).ok()
 }
 
-/// A place without a turn.
+/// A pose without rotation.
 fn at(center: [f64; 3]) -> Pose {
     Pose::new(center, [0.0, 0.0, 0.0, 1.0]).unwrap_or_default()
 }
 
-/// Centre and full lengths of the bounds of bodies along the axes of a thing; what sinks into the ground that
-/// the thing stands on (z = 0 of its frame) is left out.
+/// Centre and full lengths of the bounds of bodies along a thing's axes; parts below the ground that the
+/// thing stands on (z = 0 of its frame) are left out.
 fn bounds_along(thing_from_scene: &Pose, parts: &[&Part]) -> Option<([f64; 3], [f64; 3])> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for part in parts {
@@ -166,13 +166,13 @@ fn reach(shape: &Shape, direction: [f64; 3]) -> f64 {
     match shape {
         Shape::Cuboid(_) | Shape::Interior(_) => dot([x, y, z], half),
         Shape::Ellipsoid(_) => (0..3).map(|axis| (half[axis] * direction[axis]).powi(2)).sum::<f64>().sqrt(),
-        // Along y: half the length of its axis, and its radius in all directions.
+        // A capsule is a segment along y, grown by its radius in all directions.
         Shape::Capsule(_) => (half[1] - half[0]) * y + half[0],
         Shape::Cylinder(_) => half[1] * y + half[0] * x.hypot(z),
     }
 }
 
-/// Whether most of a thing's volume is round about one vertical.
+/// Whether most of a thing's volume is rotationally symmetric about one vertical axis.
 fn is_round(thing: &OrientedBox, parts: &[&Part]) -> bool {
     let up = thing.world_from_box().rotate([0.0, 0.0, 1.0]);
     let volumes: Vec<f64> = parts.iter().map(|part| volume(&part.shape)).collect();
@@ -191,7 +191,7 @@ fn is_round(thing: &OrientedBox, parts: &[&Part]) -> bool {
     round >= 0.8 * volumes.iter().sum::<f64>()
 }
 
-/// Whether a body is unchanged by turns about a direction through its centre.
+/// Whether a body is rotationally symmetric about the direction `up` through its centre.
 fn turns_about(part: &Part, pose: &Pose, up: [f64; 3]) -> bool {
     let aligned = |axis: [f64; 3]| dot(pose.rotate(axis), up).abs() > 0.999;
     let [x, y, z] = part.shape.half_extents().to_array();
@@ -218,7 +218,7 @@ fn volume(shape: &Shape) -> f64 {
     }
 }
 
-/// The cubes of a thing's frame that its surface passes through, where no other part of it hides it.
+/// The cubes of a thing's frame that its surface passes through, without surface inside another of its parts.
 fn surface_cubes(thing_from_scene: &Pose, parts: &[&Part], cube: f64) -> VoxelMap<CubeViews> {
     let mut cubes = VoxelMap::default();
     for (index, part) in parts.iter().enumerate() {
@@ -243,8 +243,8 @@ fn surface_cubes(thing_from_scene: &Pose, parts: &[&Part], cube: f64) -> VoxelMa
     cubes
 }
 
-/// The cube that holds a point. Bodies are built in whole millimetres: the cubes are shifted, so that flat
-/// sides do not lie between two of them, where rounding would decide.
+/// The cube that holds a point. Bodies are built in whole millimetres; the cubes are shifted, so that no flat
+/// side coincides with a boundary between cubes, where rounding would decide.
 fn cube_of(local: Point, cubes_per_metre: f32) -> Option<VoxelKey> {
     VoxelKey::of(local.map(|c| c + 0.313_7 / cubes_per_metre), cubes_per_metre)
 }

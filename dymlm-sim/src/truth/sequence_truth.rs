@@ -12,30 +12,30 @@ use crate::{Sequence, SimulatedFrame};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct TruthConfig {
-    /// Nearest depth that counts as seen, metres, 0..=100, default 0.5.
+    /// Nearest depth that counts as seen, metres, 0..=100 and at most `max_depth`, default 0.5.
     pub min_depth: f64,
     /// Farthest depth that counts as seen, metres, 0..=1000, default 4: as far as maps use a Kinect.
     pub max_depth: f64,
-    /// Frames that must see a surface point before a map is asked for it, 1..=1000000, default 3.
+    /// Frames that must see a surface point before a map is expected to have it, 1..=1000000, default 3.
     pub min_views: u32,
-    /// Largest angle between ray and normal at which a plane face counts as seen, degrees, 10..=90, default
-    /// 80: a Kinect reads little beyond (Nguyen 2012), and no plane is fitted to it.
+    /// Largest angle between ray and normal at which a flat face counts as seen, degrees, 10..=90, default
+    /// 80: beyond, a Kinect has few readings (Nguyen 2012), and no plane is fitted to them.
     pub max_incidence_deg: f64,
 }
 
-/// Side of the cubes that visible surface is sampled by, and of the cells of plane faces, metres.
+/// Side of the cubes in which visible surface is sampled, and of the cells of flat faces, metres.
 const SAMPLE_DISTANCE: f64 = 0.02;
-/// How far around the movers' bodies a point counts as left by them, metres: three sigma of a Kinect's noise
-/// at 3.5 m and the grid's rounding.
+/// How far around the movers' bodies a point counts as swept by them, metres: three sigma of a Kinect's noise
+/// at 3.5 m plus the grid's rounding.
 const SWEPT_MARGIN: f32 = 0.1;
-/// Most that a thing measures across that is thin, metres: table tops, screens, legs, slats.
+/// Largest thickness of a thin part, metres: table tops, screens, legs, slats.
 const THIN: f32 = 0.06;
-/// How near to a thin thing's surface a point on it lies, metres: visible points are exact.
+/// How close to a thin part's surface a point counts as on it, metres: visible points are exact.
 const ON_SURFACE: f32 = 1e-3;
-/// How far around people a point is near them, metres.
+/// How far around a person a point counts as near people, metres.
 const NEAR: f32 = 0.5;
-/// Pixels of a labelled thing with a reading within range that make it visible in a frame of 640x480; of
-/// other sizes, in proportion to their area.
+/// A labelled thing is visible in a frame of 640x480 if at least this many of its pixels have a reading
+/// within range; at other sizes, the number scales with the image's area.
 const MIN_OBJECT_PIXELS: f64 = 100.0;
 
 impl Default for TruthConfig {
@@ -54,10 +54,10 @@ impl TruthConfig {
 }
 
 /// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, the
-/// surface points that were seen, flat faces and labelled objects.
+/// surface points that were seen, flat faces, and labelled objects.
 ///
 /// Distances are exact to the analytic bodies (f32), the swept volume is kept in cells of 5 cm. Gathering
-/// costs about as much as rendering a frame or two, observing O(pixels) a frame.
+/// costs about as much as rendering one or two frames, observing a frame O(pixels).
 #[derive(Debug, Clone)]
 pub struct Truth {
     config: TruthConfig,
@@ -73,7 +73,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// The static surfaces and the swept volume of a sequence. Nothing is rendered: show it the frames with
+    /// The static surfaces and the swept volume of a sequence. No frame is rendered: pass the frames to
     /// [`observe`](Self::observe) as they are used, or take [`of`](Self::of).
     ///
     /// # Errors
@@ -85,7 +85,7 @@ impl Truth {
         let is_thin = |part: &&Part| 2.0 * part.shape.half_extents().min_element() <= THIN;
         let thin_parts: Vec<Part> = scene.static_parts.iter().filter(is_thin).cloned().collect();
         let overlooked = sequence.config().detector.overlooked_people;
-        // People hardly leave the neighbourhood of where they were a moment before.
+        // Within half a second, people hardly leave the neighbourhood of where they were.
         let moments =
             (0..=(2.0 * sequence.timestamp(sequence.len())) as u32).map(|half| 0.5 * f64::from(half));
         let times = (0..sequence.len()).map(|index| sequence.timestamp(index));
@@ -118,8 +118,9 @@ impl Truth {
         Ok(truth)
     }
 
-    /// Notes which surface points, faces and objects a frame sees: where the sensor has a reading, the exact
-    /// depth is within range, and what is seen stands there at the end. Each frame is to be shown once.
+    /// Notes which surface points, faces and objects a frame sees: pixels where the sensor has a reading, the
+    /// exact depth is within range, and the surface still stands there at the end. Each frame must be
+    /// observed once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
         let number = self.seen.next_frame();
         let camera = frame.frame.camera();
@@ -148,9 +149,9 @@ impl Truth {
     }
 
     /// All flat faces of the static scene, seen or not, in a fixed order: sides of cuboids, caps of
-    /// cylinders, the inner sides of the room. Sides that lie on one plane to 2 mm, face the same way and
-    /// touch (to 1.5 cm) are one face, of one thing or of several. A cell of a face (2 cm) is seen when at
-    /// least `min_views` frames have a reading of it within range and not too steep.
+    /// cylinders, the inner sides of the room. Sides of one or several things that are on one plane (within 2
+    /// mm), face the same way and touch (within 1.5 cm) form one face. A cell of a face (2 cm) is seen when
+    /// at least `min_views` frames have a reading of it that is within range and not too steep.
     pub fn faces(&self) -> Vec<TrueFace> {
         self.faces.in_world(&self.scene_from_world.inverse(), self.config.min_views)
     }
@@ -160,13 +161,14 @@ impl Truth {
         self.objects.in_world(&self.scene_from_world.inverse(), self.config.min_views)
     }
 
-    /// Whether a point lies in the volume that movers filled whom no detector reports: overlooked people, and
-    /// what events move, where it was before. As [`swept_by_movers`](SpaceTruth::swept_by_movers).
+    /// Whether a point is in the volume swept by movers that no detector reports: overlooked people, and
+    /// things that events move, until they stand at their last place. Margin and cells are those of
+    /// [`swept_by_movers`](SpaceTruth::swept_by_movers).
     pub fn swept_by_undetected(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.swept_undetected.contains(point))
     }
 
-    /// A world point in the scene's frame; `None` when it is not finite.
+    /// A world point in the scene's frame; `None` when the point is not finite.
     fn in_scene(&self, point: Point) -> Option<Point> {
         let point = self.scene_from_world.transform_point(point.map(f64::from)).map(|c| c as f32);
         point.iter().all(|c| c.is_finite()).then_some(point)
@@ -179,22 +181,22 @@ impl SpaceTruth for Truth {
         self.in_scene(point).map_or(f32::INFINITY, |point| self.surfaces.distance(point))
     }
 
-    /// Grown by the margin; to a cell of 5 cm, whose centre decides.
+    /// The volume is grown by 10 cm and kept in cells of 5 cm, whose centres decide.
     fn swept_by_movers(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.swept.contains(point))
     }
 
-    /// Within half a metre of somebody's body, to a cell of 5 cm.
+    /// Within half a metre of somebody's body, in cells of 5 cm.
     fn near_people(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.near_people.contains(point))
     }
 
-    /// On a part that measures 6 cm across at most.
+    /// On the surface of a part that is at most 6 cm thick.
     fn on_thin_things(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.thin_things.distance(point) <= ON_SURFACE)
     }
 
-    /// Points that at least `min_views` frames saw, one a cube of 2 cm, in the order of their cubes.
+    /// Points that at least `min_views` frames saw, one for each cube of 2 cm, in the order of the cubes.
     fn visible_points(&self) -> Vec<Point> {
         self.seen.points(self.config.min_views)
     }

@@ -3,8 +3,8 @@ use parry3d::query::Ray;
 
 use crate::scene::Shape;
 
-/// Points of a convex body's surface, in its own frame: where the rays to its centre from the points of a
-/// grid on its bounding box, `spacing` metres apart, meet it.
+/// Points of a convex body's surface, in its own frame: grid points on its bounding box, `spacing` metres
+/// apart, are projected towards its centre onto the surface.
 pub(super) fn surface_samples(shape: &Shape, spacing: f32) -> Vec<Vec3> {
     let half = shape.half_extents();
     let mut samples = Vec::new();
@@ -18,7 +18,7 @@ pub(super) fn surface_samples(shape: &Shape, spacing: f32) -> Vec<Vec3> {
                     on_box[axis] = side * half[axis];
                     on_box[u] = half[u] * ((2 * i + 1) as f32 / steps(u) as f32 - 1.0);
                     on_box[v] = half[v] * ((2 * j + 1) as f32 / steps(v) as f32 - 1.0);
-                    // From a little outside: a ray that begins on the surface may hit nothing.
+                    // The ray begins a little outside: one that begins on the surface may hit nothing.
                     let ray = Ray::new(1.1 * on_box, -on_box);
                     samples.extend(shape.cast(&ray, 1.1).map(|t| ray.point_at(t)));
                 }

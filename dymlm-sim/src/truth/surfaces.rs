@@ -6,13 +6,13 @@ use crate::scene::{Part, Shape};
 
 /// Exact distances to the surfaces of many bodies.
 ///
-/// A grid of 25 cm keeps for each cell the bodies that can be nearest to any point of it: those not further
-/// from its centre than the nearest plus the cell's diagonal. A query asks those few only.
+/// Each cell of a 25 cm grid keeps the bodies that can be nearest to any of its points: bodies not farther
+/// from its centre than the nearest body plus the cell's diagonal. A query tests only these few.
 #[derive(Debug, Clone)]
 pub(super) struct Surfaces {
     bodies: Vec<Body>,
     grid: CellGrid,
-    /// Bodies of all cells one after the other, and where each cell's begin.
+    /// The bodies of all cells one after the other, and where those of each cell begin.
     candidates: Vec<u16>,
     begins: Vec<u32>,
 }
@@ -25,7 +25,7 @@ struct Body {
 }
 
 const CELL: f32 = 0.25;
-/// Side of the blocks in which the cells' bodies are sought, metres.
+/// Side of the blocks that preselect bodies for their cells, metres.
 const BLOCK: f32 = 2.0;
 
 impl Surfaces {
@@ -40,7 +40,7 @@ impl Surfaces {
             })
             .collect();
 
-        // Blocks of cells ask all bodies, cells those that can be nearest in their block.
+        // Blocks of cells test all bodies; cells test only the bodies that can be nearest in their block.
         let blocks = CellGrid::around(parts, 0.5, BLOCK);
         let everybody: Vec<u16> = (0..bodies.len() as u16).collect();
         let mut in_block: Vec<Option<Vec<u16>>> = vec![None; blocks.len()];

@@ -4,8 +4,7 @@ use parry3d::math::Vec3;
 use super::cell_grid::{CellGrid, bounds};
 use crate::scene::Part;
 
-/// The cells of 5 cm whose centres lie in one of some bodies, or within a margin of it, at one of the given
-/// times.
+/// The cells of 5 cm whose centres are in a body, or within a margin of one, at one of the given times.
 #[derive(Debug, Clone)]
 pub(super) struct SweptVolume {
     grid: CellGrid,
@@ -15,7 +14,7 @@ pub(super) struct SweptVolume {
 const CELL: f32 = 0.05;
 
 impl SweptVolume {
-    /// `bodies_at` puts the bodies at a time into a list.
+    /// `bodies_at` replaces the contents of a list by the bodies at a time.
     pub(super) fn new(
         times: impl Iterator<Item = f64> + Clone,
         margin: f32,

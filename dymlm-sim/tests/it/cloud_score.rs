@@ -1,4 +1,4 @@
-//! Metrics on maps made wrong on purpose.
+//! Scores of maps with known errors.
 use std::sync::LazyLock;
 
 use dymlm_core::{PinholeCamera, Point, PointCloud, Pose};
@@ -29,7 +29,7 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
     Recorded { frames, truth, exact }
 });
 
-/// The exact points of a frame within 0.5 to 4 m: those of movers or the others.
+/// The exact points of a frame within 0.5 to 4 m, either of movers or of everything else.
 fn points(frame: &SimulatedFrame, movers: bool) -> Vec<Point> {
     let camera = frame.frame.camera();
     let depth = &frame.true_depth;
@@ -57,7 +57,8 @@ fn the_exact_map_is_faultless() {
 
 #[test]
 fn a_shifted_map_is_inaccurate_by_the_shift() {
-    // 3 cm along the scene's z: floor and desk are off by all of it, walls not at all.
+    // The map is shifted by 3 cm along the scene's z: floor and desk are off by the whole shift, walls not at
+    // all.
     let up = Pose::new([0.0; 3], [0.5, -0.5, 0.5, 0.5]).unwrap().rotate([0.0, 0.0, 0.03]);
     let shifted =
         RECORDED.exact.iter().map(|p| std::array::from_fn(|axis| p[axis] + up[axis] as f32)).collect();
@@ -81,7 +82,7 @@ fn a_ghost_is_residue_and_nothing_else() {
 
 #[test]
 fn points_in_the_air_are_stray() {
-    // A ball of points 30 cm above the middle of the desk, behind everybody's way.
+    // Points at one place in the air behind the desk, off everybody's way.
     let world_from_scene = Pose::new([3.0, -7.0, 1.0], [0.5, -0.5, 0.5, 0.5]).unwrap();
     let air = world_from_scene.transform_point([0.0, 1.95, 1.6]).map(|c| c as f32);
     assert!(RECORDED.truth.surface_distance(air) > 0.1);

@@ -1,4 +1,4 @@
-//! Another day in the same rooms.
+//! Tests of another day in the same rooms.
 
 use dymlm_core::PinholeCamera;
 use dymlm_geometry::OrientedBox;
@@ -18,7 +18,7 @@ fn on_another_day_some_things_stand_elsewhere() {
     let count = |before: bool, after: bool| {
         changes.iter().filter(|it| (it.before.is_some(), it.after.is_some()) == (before, after)).count()
     };
-    // Moved, gone and brought.
+    // Things were moved, and some were removed or added.
     assert!(count(true, true) >= 1 && count(true, false) + count(false, true) >= 1, "{changes:?}");
     assert_eq!(changes, again.differences_from(&first));
     assert!(second.differences_from(&second).is_empty());

@@ -1,18 +1,19 @@
-//! The simulated detector beside a real one: YOLOX-Nano on a recording of people with exact masks.
+//! Compares the simulated detector with a real one: YOLOX-Nano on a recording of people with exact masks.
 use dymlm_core::{Detection, PinholeCamera};
 use dymlm_sim::{DetectionRates, DetectorConfig, SensorConfig, Sequence, SequenceConfig, SimulatedFrame};
 use dymlm_test_support::{DetectorFigures, DetectorStatistics, ExactView, recorded_frames, recording};
 
-/// What `DetectorStatistics` finds on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6 Hz
-/// with 202 views of two people), to be compared with where there is no data.
+/// What `DetectorStatistics` measures on the recording (YOLOX-Nano, score >= 0.25; 200 frames of 640x480 at 6
+/// Hz with 202 views of two people), committed for machines without the recording.
 struct Recorded {
-    /// Views below 1.6 %, to 5 %, to 10 % of the image, and above.
+    /// Number of views below 1.6 %, up to 5 %, up to 10 % of the image, and above.
     views: [usize; 4],
-    /// Share found at score 0.25, 0.5, 0.7.
+    /// Share of these views found at score 0.25, 0.5, 0.7.
     found: [[f64; 3]; 4],
     score_quartiles: [f64; 3],
     iou: [f64; 2],
-    /// Median distance of the left, right, lower side, and share cut by a tenth.
+    /// Median distance of the left, right and lower side from the exact one, and share of sides cut by more
+    /// than a tenth of the extent.
     distance: [f64; 3],
     cut: [f64; 3],
     pixels_outside: f64,
@@ -80,14 +81,15 @@ fn the_committed_figures_are_those_of_the_recording() {
     }
 }
 
-/// The movers in view, as a detector is to find them.
+/// The movers in view with their exact boxes.
 fn mover_views(frame: &SimulatedFrame) -> Vec<ExactView> {
     let movers = frame.visible_things.iter().filter(|thing| thing.moves);
     movers.map(|thing| ExactView::new(thing.id, thing.bounding_box, thing.pixels)).collect()
 }
 
-/// The defaults, where the recording tells: what differs is within what so few views can tell, or follows
-/// from the scene (there, feet and lower legs are mostly behind a table; here, below the image).
+/// Compares the defaults with the recording where it has data. The tolerances cover the uncertainty of so few
+/// views and differences of the scenes (in the recording, feet and lower legs are mostly behind a table;
+/// here, below the image).
 #[test]
 fn the_defaults_are_like_the_recording() {
     let mut statistics = DetectorStatistics::new("person");
@@ -131,7 +133,7 @@ fn the_defaults_are_like_the_recording() {
     assert_near("length of a burst", simulated.mean_burst, RECORDED.mean_burst, 0.6);
 }
 
-/// A sequence with a tiny camera and an exact detector, for rates over long runs.
+/// Frames of long sequences with a tiny camera and an exact detector, changed by `change`, to measure rates.
 fn long_run(change: impl Fn(&mut DetectorConfig)) -> impl Iterator<Item = SimulatedFrame> {
     let mut config = with_camera(64, 48);
     config.detector = DetectorConfig::ideal();
@@ -140,7 +142,7 @@ fn long_run(change: impl Fn(&mut DetectorConfig)) -> impl Iterator<Item = Simula
         let mut config = config.clone();
         config.seed = seed;
         config.frames = 300;
-        // Far enough apart in time that one frame tells little about the next.
+        // The frames are so far apart in time that they are almost independent.
         config.frame_rate = 2.0;
         Sequence::new(&config).unwrap().frames().collect::<Vec<_>>()
     })
@@ -203,7 +205,8 @@ fn sides_jitter_and_are_cut_at_their_rates() {
 
     let jitter = inwards(|c| c.box_jitter = 0.02);
     for side in [0, 2] {
-        // About twice as high as wide: the root of the area is 1.4 widths; 5 % lie 1.64 sigma out.
+        // Boxes are about twice as high as wide, so the root of the area is 1.4 widths; 5 % of the sides are
+        // more than 1.64 sigma off.
         let quantiles = jitter[side].quantiles;
         assert!(
             (-0.08..-0.03).contains(&quantiles[0]) && (0.03..0.08).contains(&quantiles[4]),
@@ -216,7 +219,8 @@ fn sides_jitter_and_are_cut_at_their_rates() {
 #[test]
 fn surplus_and_invented_boxes_come_at_their_rates() {
     let figures = people(long_run(|c| c.surplus_rate = 0.2));
-    // A few doubles lie so well that they are taken for the box of another person in view; none is missing.
+    // A few surplus boxes match another person in view so well that they count as that person's box; no view
+    // is missed.
     assert_near("surplus", figures.surplus, 0.2, 0.02);
     assert_eq!(figures.found[0], 1.0);
 
@@ -227,7 +231,7 @@ fn surplus_and_invented_boxes_come_at_their_rates() {
         invented += frame.detections.len() - frame.detections.iter().filter(known).count();
         assert!(frame.detections.len() <= frame.visible_things.len() + 1);
     }
-    // Some invented labels are also those of things in view.
+    // Some invented boxes have the label of a thing in view, and are not counted.
     let share = invented as f64 / f64::from(frames);
     assert!((0.15..0.33).contains(&share), "{share} a frame");
 }
@@ -272,7 +276,7 @@ fn misses_come_in_bursts_of_the_set_length() {
         config.frame_rate = 10.0;
         people(Sequence::new(&config).unwrap().frames()).mean_burst
     };
-    // Independent misses of one in five last 1.25 frames.
+    // With a miss rate of one in five, independent misses come in bursts of 1.25 frames.
     let (short, long) = (mean(0.01), mean(1.0));
     assert_near("short bursts", short, 1.25, 0.15);
     assert!(long > 4.0 * short, "{long} against {short} frames");

@@ -1,4 +1,4 @@
-//! Static and dynamic accuracy of cleaned maps, made wrong on purpose.
+//! Static and dynamic accuracy of cleaned maps with known errors.
 use std::sync::LazyLock;
 
 use dymlm_core::{DepthImage, Error, Frame, Mask, PinholeCamera, Point, Pose};
@@ -33,7 +33,7 @@ fn scorer(frames: &[SimulatedFrame], moved_from_world: Pose) -> DynamicMapScorer
     scorer
 }
 
-/// The readings of a frame within 0.5 to 4 m, in the world: those of movers or the others.
+/// The readings of a frame within 0.5 to 4 m, in the world, either of movers or of everything else.
 fn readings(frame: &SimulatedFrame, movers: bool) -> Vec<Point> {
     let (camera, depth) = (frame.frame.camera(), frame.frame.depth());
     (0..camera.width() * camera.height())
@@ -46,7 +46,7 @@ fn readings(frame: &SimulatedFrame, movers: bool) -> Vec<Point> {
         .collect()
 }
 
-/// The benchmark's own way: every reading by itself, by trying all points of the map.
+/// The share of readings with a point of the map nearby, by brute force as in the benchmark.
 fn share_kept(readings: &[Point], map: &[Point], tolerance: f32) -> f64 {
     let near = |a: &Point, b: &Point| {
         (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f32>() <= tolerance * tolerance
@@ -91,7 +91,8 @@ fn a_clean_map_keeps_of_movers_what_is_beside_surfaces() {
 
 #[test]
 fn agrees_with_asking_for_each_reading() {
-    // Half of the statics is missing, half of the movers left in; few points, so that all can be tried.
+    // Half of the static points are missing and half of the movers' are left in; few points, so that brute
+    // force is fast.
     let frames = &RECORDED.frames[..2];
     let [statics, dynamics] = [false, true]
         .map(|movers| frames.iter().flat_map(|frame| readings(frame, movers)).collect::<Vec<_>>());
@@ -103,7 +104,7 @@ fn agrees_with_asking_for_each_reading() {
     assert!((sa - expected[0]).abs() < 0.02 && (da - expected[1]).abs() < 0.02, "{sa} {da} {expected:?}");
 }
 
-/// Three static readings and two dynamic ones whose voxels are known.
+/// A scorer with three static readings and two dynamic ones in known voxels.
 fn few() -> DynamicMapScorer {
     let camera = PinholeCamera::new(5, 1, 1.0, 1.0, 0.0, 0.0).unwrap();
     let depth = DepthImage::new(5, 1, vec![2.0, 2.0, 2.0, 1.0, 1.0]).unwrap();

@@ -1,4 +1,5 @@
-//! What moves without a label: it is in the masks and traces, and the truth is what stands at the end.
+//! Events: things that move without a mover's label are in the masks and the swept volume, and the truth is
+//! the scene as it stands at the end.
 use dymlm_core::{Mask, PinholeCamera};
 use dymlm_metrics::SpaceTruth;
 use dymlm_sim::{
@@ -6,7 +7,7 @@ use dymlm_sim::{
     TruthConfig,
 };
 
-/// Those that have a place in the office, whose door is too far away.
+/// The events that have a place in the office; its door is too far away.
 const EVENTS: [SceneEvent; 4] =
     [SceneEvent::Trolley, SceneEvent::PushedChair, SceneEvent::PlacedPartition, SceneEvent::RemovedPartition];
 
@@ -22,7 +23,7 @@ fn with_events(events: &[SceneEvent], random: bool) -> SequenceConfig {
     config
 }
 
-/// Pixels of the mover mask that are no person's.
+/// Number of pixels of the mover mask that show no person.
 fn moving(frame: &SimulatedFrame) -> usize {
     let people = frame.visible_things.iter().filter(|thing| thing.label == "person");
     frame.mover_mask.count() - people.map(|thing| thing.pixels).sum::<usize>()
@@ -62,7 +63,7 @@ fn a_door_opens_and_closes_again() {
     });
     let sequence = rooms.flatten().next().unwrap();
     let moving: Vec<usize> = sequence.frames().map(|frame| moving(&frame)).collect();
-    // It takes seven seconds.
+    // The door takes seven seconds, frames 6 to 20.
     assert!(moving[..6].iter().chain(&moving[20..]).all(|&pixels| pixels == 0), "{moving:?}");
     assert!(moving[6..20].iter().any(|&pixels| pixels > 50), "{moving:?}");
     assert!(sequence.changes().is_empty());
@@ -89,7 +90,7 @@ fn the_truth_is_what_stands_at_the_end_and_traces_are_where_things_were() {
                 let object = truth.objects().into_iter().find(|object| object.id == change.id);
                 assert_eq!(object.is_some(), change.label.is_some());
             }
-            // All points that a map is asked for stand at the end.
+            // All points that a map is expected to have are on surfaces that stand at the end.
             assert!(visible.iter().all(|&point| truth.surface_distance(point) < 1e-3));
         }
     }

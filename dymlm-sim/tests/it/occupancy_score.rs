@@ -1,4 +1,4 @@
-//! Scores of occupancy maps made wrong on purpose.
+//! Scores of occupancy maps with known errors.
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
@@ -17,11 +17,11 @@ struct Recorded {
     scorer: OccupancyScorer,
     /// Cells of the static surface without noise.
     exact: Map,
-    /// What the scorer asks for as free space.
+    /// The points that the scorer looks up as free space.
     asked: Vec<Point>,
 }
 
-/// Cells of one size; what is not occupied is free.
+/// Occupied cells of one size; all other cells are free.
 #[derive(Debug, Clone, Default)]
 struct Map(BTreeSet<[i32; 3]>);
 
@@ -80,7 +80,7 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
     Recorded { frames, truth, scorer, exact, asked }
 });
 
-/// The exact points of a frame within 0.5 to 4 m: those of movers or the others.
+/// The exact points of a frame within 0.5 to 4 m, either of movers or of everything else.
 fn points(frame: &SimulatedFrame, movers: bool) -> Vec<Point> {
     let camera = frame.frame.camera();
     let depth = &frame.true_depth;
@@ -94,7 +94,7 @@ fn points(frame: &SimulatedFrame, movers: bool) -> Vec<Point> {
         .collect()
 }
 
-/// The points that the scorer asks a map for; all of them free space when the map covers all surface.
+/// The points that the scorer looks up in a map; when the map covers all surface, all of them are free space.
 fn asked(scorer: &OccupancyScorer, truth: &Truth, complete: &Map) -> Vec<Point> {
     let mut asked = Vec::new();
     let ask = |point| {
@@ -128,12 +128,12 @@ fn the_exact_map_is_faultless() {
     let cells = cells(score);
     assert_eq!((cells.residue, cells.stray), (0.0, 0.0));
     assert_eq!(cells.cells, RECORDED.exact.0.len() as u64);
-    // Centres lie up to half a diagonal from the surface in their cell.
+    // A cell's centre is up to half a diagonal from the surface in the cell.
     assert!((0.005..0.02).contains(&cells.median_distance), "{cells:?}");
     assert!(cells.p95_distance < 0.044, "{cells:?}");
 }
 
-/// Each point asked for as free is on the way to a reading: some frame sees it at the centre of a pixel
+/// Each point looked up as free is on the ray to a reading: some frame sees it at the centre of a pixel
 /// without a mover, before both the reading and the exact surface.
 #[test]
 fn free_space_was_seen_through_and_is_clear_of_surfaces() {
@@ -223,7 +223,7 @@ fn cells_in_the_air_are_stray() {
     assert!(hit > 0 && (free_space(score).stray - hit as f64 / RECORDED.asked.len() as f64).abs() < 1e-12);
 }
 
-/// Whether a cell lies within half a diagonal of a point, by trying all.
+/// Whether a cell of the map is within half a diagonal of a point, by testing all cells around it.
 fn covered(map: &Map, point: Point) -> bool {
     let [x, y, z] = key(point);
     let range = || -2..=2;
@@ -249,7 +249,7 @@ fn a_hole_is_incomplete_and_false_free_or_unknown() {
     assert!((0.2..0.8).contains(&kept), "{kept}");
 
     let score = map.score();
-    // (In f32, a point just at half a diagonal may fall to either side.)
+    // (In f32, a point exactly at half a diagonal may count either way.)
     assert!((surface(score).completeness - kept).abs() < 2e-4, "{score:?}, not {kept}");
     assert!((surface(score).false_free + surface(score).completeness - 1.0).abs() < 1e-12);
     assert_eq!((surface(score).unknown, free_space(score).free), (0.0, 1.0));
@@ -265,8 +265,8 @@ fn a_hole_is_incomplete_and_false_free_or_unknown() {
 
 #[test]
 fn a_shifted_map_is_off_by_the_shift() {
-    // Two cells along the scene's z, which is along the world's: floor and desk are off by it, walls not at
-    // all.
+    // The map is shifted by 0, 1, 2 and 6 cells along the scene's z, which is one of the world's axes: floor
+    // and desk are off by the shift, walls not at all.
     let up =
         Pose::new([0.0; 3], [0.5, -0.5, 0.5, 0.5]).unwrap().rotate([0.0, 0.0, 1.0]).map(|c| c.round() as i32);
     let shifted = |cells: i32| {
@@ -277,7 +277,7 @@ fn a_shifted_map_is_off_by_the_shift() {
     let p95 = |score| cells(score).p95_distance;
     assert!(p95(none) < 0.044 && (0.08..0.15).contains(&p95(two)), "{} {}", p95(none), p95(two));
     assert!((0.25..0.35).contains(&p95(six)), "{}", p95(six));
-    // One cell is within the tolerance.
+    // A shift of one cell is within the tolerance.
     let off = |score| cells(score).stray + cells(score).residue;
     assert_eq!((off(none), off(one)), (0.0, 0.0));
     assert!(off(two) > 0.1 && off(six) > off(two), "{} {}", off(two), off(six));
@@ -300,7 +300,7 @@ fn one_cell_alone() {
 
 #[test]
 fn pruned_cells_count_as_their_smallest_ones() {
-    // Blocks of two, four and forty cells a side, the last taken apart into pieces of 4x4x4.
+    // Blocks of two, four and forty cells a side; the scorer splits the last into pieces of 4x4x4.
     let block = |corner: [i32; 3], side: i32| -> Vec<OccupiedCell> {
         let cell =
             move |i: i32| [corner[0] + i / side / side, corner[1] + i / side % side, corner[2] + i % side];
@@ -377,7 +377,7 @@ fn absurd_cells_do_no_harm() {
 fn a_turned_world_scores_alike() {
     let (_, truth, scorer) = record(Pose::identity());
     let scene_from_world = Pose::new([3.0, -7.0, 1.0], [0.5, -0.5, 0.5, 0.5]).unwrap().inverse();
-    // The rotation swaps axes and the shift is of whole cells: cells become cells.
+    // The rotation swaps axes and the shift is a whole number of cells, so that cells map to cells.
     let mut map = RECORDED.exact.clone();
     map.0.extend(RECORDED.frames[3..9].iter().flat_map(|frame| points(frame, true)).map(key));
     map.0.retain(|key| scene_from_world.transform_point(center(*key))[0] < 1.0);

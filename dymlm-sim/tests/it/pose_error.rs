@@ -1,4 +1,5 @@
-//! Estimated poses: exact unless asked otherwise, drifting at their rates, brought back by a loop closure.
+//! Estimated poses: they are exact by default, drift at the configured rates, and are corrected by a loop
+//! closure.
 use dymlm_core::{Error, PinholeCamera, Pose};
 use dymlm_sim::{CameraPath, PoseErrorConfig, Sequence, SequenceConfig};
 use proptest::prelude::*;
@@ -26,7 +27,7 @@ fn trajectory_error(sequence: &Sequence, poses: &[Pose]) -> f64 {
 #[test]
 fn without_errors_poses_are_exact_to_the_bit() {
     let mut config = small_config();
-    // A loop that closes over no error changes nothing either.
+    // A loop closure without errors changes nothing either.
     config.pose_error.loop_closure = Some(3.0);
     let sequence = Sequence::new(&config).unwrap();
     let exact: Vec<Pose> = (0..150).map(|index| sequence.world_from_camera(index)).collect();
@@ -72,8 +73,8 @@ fn the_relative_error_over_a_second_is_the_published_one() {
         }
     }
     let [translation, rotation] = sums.map(|sum: f64| (sum / count).sqrt());
-    // DS-SLAM on walking_static: 0.0102 m and 0.269 degrees a second. (Over two knots only, a smooth walk is
-    // a little shorter than a rough one.)
+    // DS-SLAM on walking_static: 0.0102 m and 0.269 degrees a second. (Over only two knots, a smooth walk
+    // drifts a little less than a rough one.)
     assert!((0.008..0.0125).contains(&translation), "{translation} m");
     assert!((0.21..0.33).contains(&rotation.to_degrees()), "{} degrees", rotation.to_degrees());
 }
@@ -85,7 +86,7 @@ fn a_loop_closure_brings_the_error_down_in_all_frames() {
     for seed in 0..40 {
         let sequence = drifting(seed, Some(12.0));
         assert_eq!(sequence.loop_closure_frame(), Some(120));
-        // What the closure finds out is the drift, not the jitter of the frame.
+        // The closure removes the drift, not the jitter of the frame.
         let exact = sequence.world_from_camera(120);
         assert!(sequence.estimated_pose(120).distance(&exact) < 0.005);
         assert!(sequence.estimated_pose(120).angle(&exact) < 0.0025);
@@ -95,7 +96,8 @@ fn a_loop_closure_brings_the_error_down_in_all_frames() {
         before += trajectory_error(&sequence, &known_before).powi(2);
         after += trajectory_error(&sequence, &known_after).powi(2);
 
-        // Before it, the back end knows what the front end said; from it on, the front end knows it too.
+        // Before the closure, the back end's poses are the front end's estimates; after it, both have the
+        // same corrected poses.
         let said: Vec<Pose> = (0..120).map(|index| sequence.estimated_pose(index)).collect();
         assert_eq!(known_before, said);
         let end = sequence.corrected_poses(149);
@@ -142,7 +144,7 @@ fn refuses_rates_that_are_none_by_name() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// The same bits in whatever order poses are asked for, from any copy of the sequence.
+    /// Poses are the same bits in any order of the calls, from any copy of the sequence.
     #[test]
     fn a_pose_depends_on_config_and_index_alone(
         seed in 0_u64..1000,

@@ -1,5 +1,5 @@
-//! What the rooms and the named sequences promise: people and things in view, the same room for the same
-//! seed.
+//! Tests of the rooms and the named sequences: people and things are in view, and a seed always gives the
+//! same room.
 use std::collections::BTreeSet;
 
 use dymlm_core::{Error, PinholeCamera, Pose};
@@ -26,17 +26,17 @@ fn room(room: Room, activity: Activity, seed: u64) -> SequenceConfig {
 /// What fifteen frames of a sequence show.
 #[derive(Debug, Default)]
 struct Shown {
-    /// Labelled things that stay, with at least 10 pixels in a frame: the least that a detector sees.
+    /// Static labelled things with at least 10 pixels in a frame: the smallest view that a detector sees.
     things: BTreeSet<usize>,
     labels: BTreeSet<&'static str>,
-    /// The fewest such things in a frame.
+    /// Smallest number of such things in a frame.
     fewest: usize,
-    /// Frames with a person of at least 200 pixels, and with two.
+    /// Number of frames with a person of at least 200 pixels, and with two of them.
     with_people: usize,
     with_both: usize,
-    /// Largest share of a frame that is people.
+    /// Largest share of a frame that shows people.
     most_people: f64,
-    /// Smallest share of a frame within 0.5 to 4 m that is not people.
+    /// Smallest share of a frame that shows surfaces within 0.5 to 4 m other than people.
     least_room: f64,
 }
 
@@ -173,7 +173,7 @@ fn odd_random_rooms_are_tilted_and_show_the_same_images() {
     let up = |config: &SequenceConfig| config.world_from_scene.rotate([0.0, 0.0, 1.0])[2];
     let tilts: Vec<f64> = (0..40).map(|seed| up(&SequenceConfig::random_room(seed))).collect();
     assert!(tilts.iter().step_by(2).all(|&up| up == 1.0));
-    // Turned evenly to all sides: as many upside down as not.
+    // The rotations are uniform, so about half of the worlds are upside down.
     let below = tilts.iter().skip(1).step_by(2).filter(|&&up| up < 0.0).count();
     assert!((5..=15).contains(&below), "{below} of 20 upside down");
 

@@ -1,5 +1,4 @@
-//! What a sequence promises: determinism, truth that agrees with the images, noise and failures at their
-//! rates.
+//! Tests of sequences: determinism, truth that agrees with the images, noise and failures at their rates.
 use dymlm_core::{BoundingBox, DepthNoise, Error, Mask, PinholeCamera, Pose};
 use dymlm_sim::{
     CameraPath, DetectorConfig, FrameScratch, SensorConfig, Sequence, SequenceConfig, SimulatedFrame,
@@ -224,7 +223,7 @@ fn the_shadow_falls_on_the_side_away_from_the_projector() {
         let mut config = ideal_config();
         config.sensor.baseline = baseline;
         let sequence = Sequence::new(&config).unwrap();
-        // Lost background beside people: to their left, to their right.
+        // Number of lost background pixels to the left and to the right of people.
         let mut sides = [0, 0];
         for frame in (0..150).step_by(5).filter_map(|i| sequence.frame(i)) {
             let is_mover = |pixel: usize| frame.mover_mask.at(pixel % 160, pixel / 160);
@@ -311,7 +310,7 @@ fn bounds(mask: &Mask) -> Option<BoundingBox> {
 fn recycled_buffers_change_nothing() {
     let sequence = Sequence::new(&small_config()).unwrap();
     let mut scratch = FrameScratch::default();
-    // A frame of another size first.
+    // First, the buffers hold a frame of another size.
     let mut tiny = small_config();
     tiny.camera = Some(PinholeCamera::new(31, 17, 30.0, 30.0, 15.0, 8.0).unwrap());
     scratch.recycle(Sequence::new(&tiny).unwrap().frame(9).unwrap());
@@ -348,7 +347,7 @@ fn shiny_surfaces_swallow_readings_and_others_do_not() {
             }
         }
     }
-    // A screen is most of its set's box, and sends 35 % of the readings not back.
+    // The screen is most of a monitor's box, and 35 % of its readings are lost.
     let share = lost_in_screens as f64 / f64::from(in_screens);
     assert!((0.1..0.36).contains(&share), "{share} of the screens' readings lost");
     assert_eq!(lost_elsewhere, 0);

@@ -1,4 +1,4 @@
-//! The true faces and objects of rendered rooms, and the scores of maps that equal them.
+//! Tests of the true faces and objects of rendered rooms, and of the scores of maps that equal them.
 use std::sync::LazyLock;
 
 use dymlm_core::vector3::{cross, dot};
@@ -48,7 +48,7 @@ fn the_faces_of_a_room_lie_on_its_surfaces_and_were_seen_from_before() {
         assert_eq!(faces[face.relief].relief, face.relief, "reliefs do not chain");
         for &corner in face.outline.iter().flatten() {
             assert!(face.plane.signed_distance(corner).abs() < 0.0021);
-            // To the 1 % that discs are corrected by.
+            // The tolerance covers the 1 % by which discs are enlarged.
             assert!(RECORDED.truth.surface_distance(corner.map(|c| c as f32)) < 0.002);
         }
         // Counterclockwise about the normal.
@@ -68,7 +68,7 @@ fn the_faces_of_a_room_lie_on_its_surfaces_and_were_seen_from_before() {
     };
     assert_eq!((level(0.01), level(0.74)), (1, 1), "the carpet and the desk are one face each");
     assert!(visible.iter().any(|face| face.label.as_deref() == Some("tv")));
-    // Nothing below is seen: no face that looks down but the ceiling.
+    // The only visible face that looks down is the ceiling.
     let looks_down = visible.iter().filter(|face| dot(face.plane.normal(), up) < -0.9);
     assert!(looks_down.clone().all(|face| face.area > 30.0));
 }
@@ -87,8 +87,7 @@ fn a_map_of_a_rooms_visible_faces_is_faultless() {
 
 #[test]
 fn a_plane_on_a_face_seen_too_steeply_is_no_error() {
-    // With a limit of 60 degrees the desk and the floor are not seen, and nobody asks for them; maps may have
-    // them.
+    // With a limit of 60 degrees the desk and the floor are not seen: a map need not have them, but may.
     let mut config = SequenceConfig::default();
     config.frames = 4;
     config.frame_rate = 1.0;
@@ -115,7 +114,7 @@ fn a_plane_on_a_face_seen_too_steeply_is_no_error() {
 #[test]
 fn the_visible_boundary_encloses_the_visible_area() {
     for face in RECORDED.truth.faces().iter().filter(|face| face.visible_area > 0.0) {
-        // The area by the shoelace formula: holes run the other way round.
+        // The area by the shoelace formula; holes run the other way round and count negative.
         let normal = face.plane.normal();
         let ring_area = |ring: &Vec<[f64; 3]>| -> f64 {
             let from: Vec<[f64; 3]> =
@@ -153,14 +152,13 @@ fn the_objects_of_a_room_hold_the_points_that_show_them() {
         assert!((0..3).all(|axis| (z[axis] - up[axis]).abs() < 1e-6), "upright");
         assert!((0.0..=1.0).contains(&object.visible_share));
         assert!(object.frames_visible <= frames_of.get(&object.id).copied().unwrap_or(0));
-        // A box is tight: its sides touch the thing's surface somewhere. Corners and the middle are within
-        // its reach.
+        // A box is tight, so its centre is within half a diagonal of a surface.
         let reach =
             object.oriented_box.lengths().iter().map(|length| 0.25 * length * length).sum::<f64>().sqrt();
         let center = object.oriented_box.center().map(|c| c as f32);
         assert!(f64::from(truth.surface_distance(center)) < reach);
     }
-    // Both screens stand in plain view all the time, and half of a screen's surface is turned away.
+    // Both screens are in plain view all the time, and half of a screen's surface faces away.
     for screen in objects.iter().filter(|object| object.label == "tv") {
         assert!(screen.frames_visible >= 8 && (0.2..0.75).contains(&screen.visible_share), "{screen:?}");
         assert_eq!(screen.symmetry, YawSymmetry::HalfTurn);

@@ -3,8 +3,8 @@ use rand::RngExt;
 
 use crate::noise::{Use, stream};
 
-/// Where walls stand, seen from above: the corridor runs along x about y = 0, rooms are on both sides of it
-/// in columns, and a ramp parts the columns of the lower floor from those of the upper one.
+/// The floor plan: the corridor runs along x about y = 0, rooms are on both sides of it in columns, and a
+/// ramp separates the columns on the lower level from those on the upper one.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) seed: u64,
@@ -16,7 +16,8 @@ pub(super) struct Layout {
     pub(super) height: f32,
     /// Height of the desks at walls, metres.
     pub(super) desk: f32,
-    /// Where the doors between rooms are: this much farther from the corridor than the rooms' middle, metres.
+    /// Position of the doors between rooms across the corridor, metres from the rooms' middle; negative:
+    /// nearer to the corridor.
     pub(super) hub: f32,
     /// Number of rooms on each side.
     rooms: [usize; 2],
@@ -26,19 +27,19 @@ pub(super) struct Layout {
 #[derive(Debug, Clone)]
 pub(super) struct Column {
     pub(super) number: usize,
-    /// Between its walls, metres along the corridor.
+    /// From wall to wall, metres along the corridor.
     pub(super) span: [f32; 2],
-    /// Middle of its doors.
+    /// Middle of its doors, metres along the corridor.
     pub(super) door: f32,
-    /// Height of the floor.
+    /// Height of its floor, metres.
     pub(super) floor: f32,
     has_room: [bool; 2],
-    /// Numbers of the walls to its neighbours; none at the building's ends and at the ramp.
+    /// Numbers of the walls to its neighbours; `None` at the building's ends and at the ramp.
     pub(super) before: Option<usize>,
     pub(super) after: Option<usize>,
 }
 
-/// Where the corridor climbs.
+/// The ramp in the corridor.
 #[derive(Debug, Clone)]
 pub(super) struct Ramp {
     /// The column before it.
@@ -54,7 +55,7 @@ pub(super) const WALL: f32 = 0.12;
 /// Height of the ramp, metres: 5 degrees steep.
 pub(super) const RISE: f32 = 0.35;
 const RAMP: f32 = 4.0;
-/// Columns from which on there is a ramp.
+/// Fewest columns of a building with a ramp.
 const COLUMNS_WITH_RAMP: usize = 4;
 
 impl Layout {
@@ -100,12 +101,12 @@ impl Layout {
         }
     }
 
-    /// Distance of the rooms' middles from the corridor's, metres.
+    /// Distance of the rooms' middles from the corridor's middle, metres.
     pub(super) fn middle_of_rooms(&self) -> f32 {
         0.5 * CORRIDOR + WALL + 0.5 * self.depth
     }
 
-    /// Whether the room of a column has another one beyond the wall before (-1) or after it.
+    /// Whether another room adjoins the room of a column beyond the wall before (-1) or after (1) it.
     pub(super) fn has_neighbour(&self, column: &Column, side: f32, towards: f32) -> bool {
         let count = self.rooms[usize::from(side < 0.0)];
         if towards < 0.0 {
@@ -131,7 +132,7 @@ impl Column {
 }
 
 impl Ramp {
-    /// Where it begins and ends on the floor.
+    /// Its lower and upper end, on the floor.
     pub(super) fn ends(&self) -> [Vec3; 2] {
         [Vec3::new(self.span[0], 0.0, 0.0), Vec3::new(self.span[1], 0.0, RISE)]
     }

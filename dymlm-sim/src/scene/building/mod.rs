@@ -1,4 +1,4 @@
-//! A floor of a building made up from a seed.
+//! Generates a floor of a building from a seed.
 
 mod layout;
 mod shell;
@@ -19,9 +19,9 @@ use crate::noise::{Use, stream};
 
 /// How long the camera's tour takes for each room, seconds.
 pub(crate) const SECONDS_A_ROOM: f64 = 40.0;
-/// How long it stands at the far end of the corridor, seconds.
+/// How long the camera stands at the far end of the corridor, seconds.
 const REST: f64 = 15.0;
-/// What people do in one room after the other.
+/// What people do in successive rooms; `None`: nobody is there.
 const ACTIVITIES: [Option<Activity>; 4] = [Some(Activity::Sitting), Some(Activity::Walking), None, None];
 
 impl Scene {
@@ -68,13 +68,13 @@ impl Layout {
         Pose3::from_parts(middle, Rot3::from_rotation_z(turned))
     }
 
-    /// The middle of a room's lanes on the floor.
+    /// The point on the floor where a room's lanes meet.
     fn hub(&self, column: &Column, side: f32) -> Vec3 {
         let from_corridor = self.middle_of_rooms() + self.hub;
         Vec3::new(column.door, side * from_corridor, column.floor)
     }
 
-    /// What is asked of a room's furniture.
+    /// The size, lanes and tables of a room, from which it is furnished.
     fn site(&self, (column, side): Place<'_>, activity: Option<Activity>) -> Site {
         let size = [column.width(), self.depth];
         let door = side * (column.door - column.middle());
@@ -104,8 +104,8 @@ impl Layout {
         Site { size, height: self.height, lanes, tables, activity }
     }
 
-    /// Into each room through its door and out again, to the far end of the corridor; there the camera rests;
-    /// then back through the rooms of the first side that are joined.
+    /// The camera goes into each room through its door and out again, up to the far end of the corridor,
+    /// rests there, and comes back through the connected rooms of the first side.
     fn tour(&self) -> Tour {
         let in_corridor = |column: &Column| Vec3::new(column.door, 0.0, column.floor);
         let start = in_corridor(&self.columns[0]);
@@ -137,7 +137,7 @@ impl Layout {
         tour
     }
 
-    /// Over the ramp before (-1) or after a column, if there is one.
+    /// Passes the ramp before (-1) or after (1) a column, if there is one.
     fn pass_ramp(&self, tour: &mut Tour, column: &Column, towards: f32) {
         let Some(ramp) = &self.ramp else { return };
         let is_next =

@@ -7,16 +7,17 @@ use crate::scene::{Material, Shape};
 
 /// Width and height of doorways, metres.
 const DOOR: [f32; 2] = [0.95, 2.05];
-/// Thickness of floors and of ceilings, metres: a ceiling's end closes the corridor where the next is higher.
+/// Thickness of floors and of ceilings, metres: a ceiling is so thick that its end closes the corridor where
+/// the next ceiling is higher.
 const FLOOR: f32 = 0.1;
 const CEILING: f32 = 0.5;
 
-/// What continues inside walls shall not be one face: floors stick out so far beyond walls, and the
-/// corridor's ends stand so far before those of the rooms, metres.
+/// Surfaces that continue only inside walls must not form one face: floors stick out this far beyond walls,
+/// and the corridor's ends stand this far before those of the rooms, metres.
 const STEP: f32 = 0.03;
 
-/// Floors, ceilings, walls with doorways and the ramp: one thing of many cuboids that touch. A floor goes on
-/// through the doors of all rooms on one level, each room has walls and a ceiling of its own.
+/// Floors, ceilings, walls with doorways and the ramp: one thing of many cuboids that touch. One floor runs
+/// through the doors of all rooms of a level; each room has its own walls and ceiling.
 pub(super) fn build(b: &mut Builder, layout: &Layout) {
     b.thing(None, [0.0; 3], 0.0);
     let far = 0.5 * CORRIDOR + 2.0 * WALL + layout.depth;
@@ -44,7 +45,7 @@ pub(super) fn build(b: &mut Builder, layout: &Layout) {
             } else {
                 slab(b, [column.span, corridor, z], PLASTER);
             }
-            // The wall before the column, and the one after it where no other column follows.
+            // The wall before the column, and the wall after it if no column follows directly.
             let beyond = (column.after.is_none(), [end, end + WALL]);
             for (_, x) in [(true, [begin - WALL, begin]), beyond].into_iter().filter(|wall| wall.0) {
                 let is_joined = x[0] < begin && column.before.is_some() && side > 0.0;
@@ -76,7 +77,7 @@ pub(super) fn build(b: &mut Builder, layout: &Layout) {
     }
 }
 
-/// A wall with a doorway about `door` along the axis (0 or 1) that the wall runs along.
+/// A wall along `axis` (0 or 1) with a doorway whose middle is at `door` on that axis.
 fn with_doorway(b: &mut Builder, axis: usize, wall: [[f32; 2]; 3], door: f32) {
     let [left, right] = [door - 0.5 * DOOR[0], door + 0.5 * DOOR[0]];
     let mut piece = |along: [f32; 2], from: f32| {

@@ -4,7 +4,7 @@ use parry3d::math::Vec2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Footprint {
     pub(super) center: Vec2,
-    /// Turns the axes of the thing, radians.
+    /// Rotation of the thing's axes, radians.
     pub(super) yaw: f32,
     /// Half of the lengths along the thing's axes.
     pub(super) half: Vec2,
@@ -27,7 +27,7 @@ impl Footprint {
         self.center + x * along + y * across
     }
 
-    /// Distance of a point, metres; 0 within.
+    /// Distance of a point from the footprint, metres; 0 within.
     pub(super) fn distance(&self, point: Vec2) -> f32 {
         let [along, across] = self.axes();
         let offset = point - self.center;
@@ -41,7 +41,7 @@ impl Footprint {
         self.half.x * direction.dot(along).abs() + self.half.y * direction.dot(across).abs()
     }
 
-    /// Whether a line along one of both rectangles' axes parts them by at least `gap` metres (the separating
+    /// Whether the two rectangles are at least `gap` metres apart along one of their axes (the separating
     /// axis theorem).
     fn clear_of(&self, other: &Self, gap: f32) -> bool {
         let offset = other.center - self.center;
@@ -50,14 +50,14 @@ impl Footprint {
     }
 }
 
-/// What stands where within a rectangle about the origin.
+/// The occupied parts of a rectangle about the origin.
 #[derive(Debug, Clone)]
 pub(super) struct FloorPlan {
     pub(super) half: Vec2,
     taken: Vec<Footprint>,
     /// Points around which nothing may stand.
     kept_free: Vec<Vec2>,
-    /// How far around them, metres.
+    /// How far around these points, metres.
     radius: f32,
 }
 
@@ -66,7 +66,7 @@ impl FloorPlan {
         Self { half, taken: Vec::new(), kept_free: Vec::new(), radius: 0.0 }
     }
 
-    /// Takes up a footprint if it lies within the bounds and `gap` metres clear of all others.
+    /// Occupies a footprint and returns true if it is within the bounds and `gap` metres clear of all others.
     pub(super) fn take(&mut self, footprint: Footprint, gap: f32) -> bool {
         let fits = self.fits(&footprint, gap);
         if fits {
@@ -75,7 +75,7 @@ impl FloorPlan {
         fits
     }
 
-    /// Takes up a footprint, whatever stands there.
+    /// Occupies a footprint, whatever stands there.
     pub(super) fn reserve(&mut self, footprint: Footprint) {
         self.taken.push(footprint);
     }

@@ -24,13 +24,13 @@ pub(super) struct Furnished {
     /// Distance from the floor to the ceiling, metres.
     height: f32,
     tables: Vec<Table>,
-    /// Chairs with room for somebody's legs, for the first and the second person.
+    /// The chairs of the first and the second person, with room for the legs.
     pub(super) seats: Vec<Chair>,
     /// Whether people sit close at the tables.
     pub(super) has_desks: bool,
 }
 
-/// Where a chair stands; one sits on it looking along its y axis.
+/// Where a chair stands; somebody who sits on it faces its +y axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Chair {
     pub(super) place: [f32; 2],
@@ -52,10 +52,10 @@ struct Table {
     footprint: Footprint,
 }
 
-/// How far hands reach over a desk, metres.
+/// How far hands reach over a desk from its front edge, metres.
 const HANDS: f32 = 0.28;
 
-/// Throws before a piece of furniture is given up.
+/// Random places that are tried before a piece of furniture is given up.
 const THROWS: usize = 30;
 
 impl Furnished {
@@ -84,7 +84,7 @@ impl Furnished {
         Self { builder, floor, height, tables: Vec::new(), seats: Vec::new(), has_desks: false }
     }
 
-    /// Chairs for both; `None` when they do not fit.
+    /// Adds chairs for both people; `None` when they do not fit.
     pub(super) fn seat_all(&mut self, cast: &Cast, rng: &mut ChaCha8Rng) -> Option<()> {
         for height in cast.seat_heights() {
             let seat = self.seat(height, rng)?;
@@ -93,7 +93,7 @@ impl Furnished {
         Some(())
     }
 
-    /// More furniture on the floor that is left.
+    /// Adds more furniture on the free floor.
     pub(super) fn fill(&mut self, rng: &mut ChaCha8Rng) {
         for _ in 0..rng.random_range(1..=3) {
             self.empty_chair(rng);
@@ -106,7 +106,7 @@ impl Furnished {
         }
     }
 
-    /// A door and up to two pictures, flat on the walls; and if asked for, a window on the wall of +y.
+    /// Adds a door and up to two pictures, flat on the walls, and if asked for, a window in the wall at +y.
     pub(super) fn hang_things(&mut self, with_window: bool, rng: &mut ChaCha8Rng) {
         let mut hung = self.floor.clone();
         if with_window {
@@ -123,7 +123,7 @@ impl Furnished {
             hung.take(footprint, 0.05).then(|| (footprint, footprint.point(0.0, FROM_WALL)))
         };
         if let Some((footprint, at)) = on_wall(self, rng, [0.9, 0.06]) {
-            // Nothing stands before the door, even if it would only just touch it.
+            // The door's footprint is occupied on the floor, so that no furniture intersects the door.
             self.floor.take(footprint, 0.0);
             self.builder.door(at.to_array(), footprint.yaw, BEECH);
         }
@@ -138,8 +138,8 @@ impl Furnished {
         }
     }
 
-    /// A place with its back to a random wall, for something of the given half lengths: the centre and the
-    /// yaw with which its front (-y) looks into the room.
+    /// A place at a random wall for something of the given half lengths: its centre, and the yaw with which
+    /// its front (-y) faces the room.
     fn at_wall(&self, rng: &mut ChaCha8Rng, half_width: f32, half_depth: f32) -> (Vec2, f32) {
         let wall = rng.random_range(0..4_u8);
         let half = self.floor.half;
@@ -150,7 +150,7 @@ impl Furnished {
         (Vec2::from_angle(yaw).rotate(place), yaw)
     }
 
-    /// Takes the first of some random places that fits.
+    /// Tries random places and occupies the first one that fits.
     fn throw(
         &mut self,
         rng: &mut ChaCha8Rng,
@@ -169,7 +169,8 @@ impl Furnished {
         (Vec2::new(rng.random_range(-x..x), rng.random_range(-y..y)), rng.random_range(-PI..PI))
     }
 
-    /// A table with its back to a wall on the +x (or -x) side, its middle at `y`, set from a seed of its own.
+    /// Adds a table with its back to the wall at +x (`side` = 1) or -x (-1), its middle at `y`; the things on
+    /// it depend on `seed` alone.
     pub(super) fn table_at_wall(&mut self, side: f32, y: f32, size: [f32; 2], height: f32, seed: u64) {
         let half = [0.5 * size[0], 0.5 * size[1]];
         let at = Vec2::new(side * (self.floor.half.x - half[1]), y);
@@ -185,7 +186,8 @@ impl Furnished {
         self.tables.extend(table);
     }
 
-    /// A table against a wall, perhaps with a partition behind, or anywhere at any yaw, with things on it.
+    /// A table with things on it: against a wall, or anywhere at any yaw, then perhaps with a partition
+    /// behind it.
     fn table(&mut self, rng: &mut ChaCha8Rng) -> Option<Table> {
         let size = [rng.random_range(1.0_f32..1.9), rng.random_range(0.55_f32..0.9)];
         let height = if self.has_desks { rng.random_range(0.70..0.74) } else { rng.random_range(0.60..0.95) };
@@ -216,7 +218,7 @@ impl Furnished {
         Table { top, footprint }
     }
 
-    /// A round pillar on the free floor, and a cabinet at a wall that swallows all light.
+    /// Adds a round pillar on the free floor, and at a wall a cabinet that gives no depth readings.
     pub(super) fn hard_to_see(&mut self, rng: &mut ChaCha8Rng) {
         let radius = rng.random_range(0.2_f32..0.5);
         if let Some(it) = self.throw(rng, [radius; 2], Self::anywhere) {
@@ -233,7 +235,7 @@ impl Furnished {
         self.tables.get(rng.random_range(0..self.tables.len().max(1))).copied()
     }
 
-    /// A swivel chair near a table for somebody to sit on, with room for legs and hands.
+    /// Adds a swivel chair near a table for somebody to sit on, with room for legs and hands.
     fn seat(&mut self, seat: f32, rng: &mut ChaCha8Rng) -> Option<Chair> {
         let (place, yaw) = (0..3 * THROWS).find_map(|_| {
             let table = self.any_table(rng)?;
@@ -250,7 +252,7 @@ impl Furnished {
         Some(Chair { place: place.to_array(), yaw })
     }
 
-    /// A place close before a table, the legs below it.
+    /// A seat so close to a table that the legs are below it.
     fn seat_at_desk(&mut self, table: &Table, rng: &mut ChaCha8Rng) -> Option<(Vec2, f32)> {
         let half = table.footprint.half;
         let free = half.x - 0.35;
@@ -259,7 +261,7 @@ impl Furnished {
         self.floor.take(Footprint::new(place, yaw, [0.33, 0.31]), 0.0).then_some((place, yaw))
     }
 
-    /// A chair at a table that nobody sits on.
+    /// Adds a chair at a table on which nobody sits.
     fn empty_chair(&mut self, rng: &mut ChaCha8Rng) {
         for _ in 0..THROWS {
             let Some(table) = self.any_table(rng) else { return };
@@ -276,7 +278,7 @@ impl Furnished {
         }
     }
 
-    /// A cabinet, a shelf, a refrigerator, a couch or steps with the back to a wall.
+    /// Adds a cabinet, a shelf, a refrigerator or a couch with its back to a wall.
     fn along_a_wall(&mut self, rng: &mut ChaCha8Rng) {
         match rng.random_range(0..6) {
             0 | 1 => self.cabinet(rng),
@@ -336,7 +338,7 @@ impl Furnished {
         }
     }
 
-    /// A partition, a pillar, boxes, steps, a plant, a suitcase or a ball on the free floor.
+    /// Adds a partition, a pillar, boxes, steps, a plant, a suitcase or a ball on the free floor.
     fn somewhere(&mut self, rng: &mut ChaCha8Rng) {
         let kind = rng.random_range(0..7_u8);
         let half = match kind {
@@ -362,7 +364,7 @@ impl Furnished {
     }
 }
 
-/// A place before one of a table's sides, `away` metres from its edge, looking at it.
+/// A place at one of a table's sides, `away` metres from its edge, and the yaw that faces the table.
 fn beside(table: &Table, away: f32, rng: &mut ChaCha8Rng) -> (Vec2, f32) {
     let half = table.footprint.half;
     let (sideways, turned) = (rng.random_range(-0.8_f32..0.8), rng.random_range(0..4_u8));

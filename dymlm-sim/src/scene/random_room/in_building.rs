@@ -17,11 +17,11 @@ pub(in crate::scene) struct Site {
     /// Full lengths, metres.
     pub(in crate::scene) size: [f32; 2],
     pub(in crate::scene) height: f32,
-    /// Ways that are kept free, each from a point to another along an axis.
+    /// Lanes that are kept free, each from one point to another along an axis.
     pub(in crate::scene) lanes: Vec<[Vec2; 2]>,
     /// Tables with their backs to the walls at +x (1) and -x (-1).
     pub(in crate::scene) tables: Vec<SiteTable>,
-    /// Whether there are people, and what they do.
+    /// What people do in the room; `None`: nobody is there.
     pub(in crate::scene) activity: Option<Activity>,
 }
 
@@ -32,14 +32,14 @@ pub(in crate::scene) struct SiteTable {
     pub(in crate::scene) y: f32,
     pub(in crate::scene) size: [f32; 2],
     pub(in crate::scene) height: f32,
-    /// Tells what stands on it.
+    /// Decides what stands on the table.
     pub(in crate::scene) seed: u64,
 }
 
 /// Half the width of a lane, metres.
 const LANE: f32 = 0.45;
 
-/// Furnishes a room: what was built, without walls and floor, and what its people do.
+/// Furnishes a room and gives what was built, without walls and floor, and what its people do.
 pub(in crate::scene) fn furnish(site: &Site, cast: &Cast, seed: u64) -> (Builder, Vec<Action>) {
     let furnished = (0..ATTEMPTS).find_map(|attempt| {
         let mut rng = stream(seed, Use::Scene, 6, attempt);
@@ -52,7 +52,7 @@ pub(in crate::scene) fn furnish(site: &Site, cast: &Cast, seed: u64) -> (Builder
     furnished.unwrap_or_default()
 }
 
-/// Lanes, what hangs on the walls, tables.
+/// Reserves the lanes, hangs things on the walls and adds the tables.
 fn begin(site: &Site, rng: &mut ChaCha8Rng) -> Furnished {
     let mut room = Furnished::empty(Builder::default(), site.size, site.height);
     for [from, to] in &site.lanes {
@@ -67,7 +67,7 @@ fn begin(site: &Site, rng: &mut ChaCha8Rng) -> Furnished {
     room
 }
 
-/// Seats and ways; `None` when there is no place for them.
+/// Finds the people's seats or ways; `None` when there is no place for them.
 fn inhabit(site: &Site, cast: &Cast, room: &mut Furnished, rng: &mut ChaCha8Rng) -> Option<Vec<Action>> {
     match site.activity {
         None => Some(Vec::new()),

@@ -1,4 +1,4 @@
-//! Rooms made up from a seed.
+//! Generates rooms from a seed.
 
 mod floor_plan;
 mod furnishing;
@@ -16,10 +16,10 @@ use super::walk::Walk;
 use super::{Activity, Cast, Scene};
 use crate::noise::{Use, stream};
 
-/// Rooms that are tried before one is given up.
+/// Random rooms that are tried for a seed before the designed room is taken.
 const ATTEMPTS: u64 = 10_000;
 
-/// A room with all that a sequence needs of it.
+/// A furnished room with the camera's station and the people's walks.
 struct Plan {
     furnished: Furnished,
     station: Station,
@@ -27,11 +27,10 @@ struct Plan {
 }
 
 impl Scene {
-    /// A room that nobody designed. Tables and seats are thrown in until they fit, things are put on them, a
-    /// station is chosen that sees them, ways are sought over the free floor, and more furniture is put where
-    /// none of them is; a room where something of this fails, or in which the station sees too little, is
-    /// torn down and the next one begun. The room is the same whether its people walk or sit; for people at
-    /// desks it is another.
+    /// A random room. Tables and seats are placed at random until they fit, things are put on the tables, a
+    /// station that sees them is chosen, ways are sought over the free floor, and more furniture is put on
+    /// the rest of the floor. When a step fails, or the station sees too little, the next room is tried. The
+    /// room is the same whether its people walk or sit; for people at desks it is another.
     pub(super) fn random_room(cast: &Cast, seed: u64) -> Self {
         match (0..ATTEMPTS).find_map(|attempt| plan(cast, seed, attempt)) {
             Some(plan) => plan.with_people(cast),
@@ -49,7 +48,7 @@ fn plan(cast: &Cast, seed: u64, attempt: u64) -> Option<Plan> {
     let samples = ways.iter().flat_map(|way| &way.samples).copied();
     furnished.floor.keep_free(samples, CLEARANCE);
     furnished.fill(&mut rng);
-    // What was put up last may hide what was seen.
+    // The furniture added last may occlude what was seen before.
     let good = station.sees_enough(&furnished) && are_seen(&ways, &furnished, &station);
     let walks = walks(&ways, &mut rng)?;
     good.then_some(Plan { furnished, station, walks })

@@ -11,28 +11,29 @@ use crate::scene::{Part, Viewpoint, first_hit};
 /// Where the camera is in a random room.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Station {
-    /// What the camera's paths need of the floor; its y axis is where the camera looks.
+    /// The floor that the camera's paths need; the camera looks along its y axis.
     pub(super) footprint: Footprint,
     scene_from_view: Pose3,
     height: f32,
     target: Vec3,
 }
 
-/// Half of what the camera's paths need to the sides and along the view, and where the middle of it is: see
-/// [`Viewpoint`].
+/// Half lengths of the floor that the camera's paths need, across and along the view, and how far ahead of
+/// the station its middle is, metres: see [`Viewpoint`].
 const NEEDED: [f32; 2] = [0.85, 0.525];
 const AHEAD: f32 = 0.225;
 /// Tangents of the angles from the view's axis at which things count as seen; a Kinect has 0.61 and 0.46.
 const WIDTH: f32 = 0.5;
 const HEIGHT: f32 = 0.4;
-/// Nothing is nearer in the image, metres.
+/// Nothing may be nearer than this within the view, metres.
 const OPEN: f32 = 0.9;
-/// Places that are tried.
+/// Random places that are tried.
 const TRIES: usize = 400;
-/// Labelled things to be seen from a good station.
+/// Fewest labelled things that a good station sees.
 const MIN_SEEN: usize = 10;
 
-/// The place that sees the most labelled things, of those that see both seats; `None` when none sees enough.
+/// Of the places that see both seats, the one that sees the most labelled things; `None` when no place sees
+/// enough.
 pub(super) fn choose_station(furnished: &Furnished, rng: &mut ChaCha8Rng) -> Option<Station> {
     let mut best: Option<(usize, Station)> = None;
     for _ in 0..TRIES {
@@ -47,7 +48,7 @@ pub(super) fn choose_station(furnished: &Furnished, rng: &mut ChaCha8Rng) -> Opt
     best.map(|(_, station)| station)
 }
 
-/// A random place that looks at both seats from enough free floor.
+/// A random place on enough free floor, looking towards the seats.
 fn station(furnished: &Furnished, rng: &mut ChaCha8Rng) -> Option<Station> {
     let Vec2 { x, y } = furnished.floor.half;
     let place = Vec2::new(rng.random_range(-x..x), rng.random_range(-y..y));
@@ -79,7 +80,7 @@ impl Station {
         let sees_seat = |chair: &Chair| {
             let [x, y] = chair.place;
             let away = self.scene_from_view.translation.truncate().distance(Vec2::new(x, y));
-            // From behind, a chair hides the chest.
+            // Seen from behind, the chair hides a sitter's chest, so points higher up are tested.
             let heights = if furnished.has_desks { [1.2, 1.25] } else { [0.85, 1.15] };
             let [chest, head] = heights.map(|z| Vec3::new(x, y, z));
             (1.4..3.6).contains(&away)
@@ -104,14 +105,14 @@ impl Station {
         })
     }
 
-    /// Number of labelled things that are in view, judged by one point of each.
+    /// Number of labelled things in view, judged by one point of each thing.
     fn things_seen(&self, furnished: &Furnished) -> usize {
         let things = labelled_things(furnished);
         things.iter().filter(|(thing, point)| self.sees(furnished, *point, Some(*thing))).count()
     }
 
-    /// Whether a point is well within the image, at most 4 m away, and nothing but the thing itself before
-    /// it.
+    /// Whether a point is well within the image, 0.6 to 4 m away, and occluded by nothing except `thing`
+    /// itself.
     pub(super) fn sees(&self, furnished: &Furnished, point: Vec3, thing: Option<usize>) -> bool {
         let eye = Vec3::new(0.0, 0.0, self.height);
         let local = self.scene_from_view.inverse_transform_point(point) - eye;
@@ -126,7 +127,7 @@ impl Station {
     }
 }
 
-/// All labelled things with the centre of one of their parts, the largest.
+/// All labelled things, each with the centre of its largest part.
 fn labelled_things(furnished: &Furnished) -> Vec<(usize, Vec3)> {
     let volume = |part: &&Part| part.shape.half_extents().element_product();
     let largest = |thing: usize| {

@@ -7,7 +7,7 @@ use crate::scene::builder::Builder;
 use crate::scene::table_top::TableTop;
 use crate::scene::things;
 
-/// Something to stand on a table: how to build it, and half of what it takes up along its axes, metres.
+/// Something that stands on a table: how to build it, and its half lengths along its axes, metres.
 type Thing = (fn(&mut Builder, [f32; 3], f32), [f32; 2]);
 
 const MONITOR: Thing = (things::monitor, [0.275, 0.095]);
@@ -15,7 +15,7 @@ const KEYBOARD: Thing = (things::keyboard, [0.225, 0.075]);
 const MOUSE: Thing = (things::mouse, [0.035, 0.057]);
 const LAPTOP: Thing = (things::laptop, [0.165, 0.185]);
 
-/// What may stand about anywhere.
+/// Things that may stand anywhere on a table.
 const OTHERS: [Thing; 9] = [
     (things::cup, [0.065, 0.045]),
     (things::bowl, [0.087, 0.087]),
@@ -31,9 +31,9 @@ const OTHERS: [Thing; 9] = [
 /// Gap between things, metres.
 const GAP: f32 = 0.015;
 
-/// Sets a table at random: half of them as a desk (screens at the back, keyboards before them), half with a
-/// laptop or none, and on all of them `count` other things that fit, none of them within `free_front` metres
-/// of the front.
+/// Puts random things on a table: on half of the tables screens at the back with keyboards before them, on
+/// the others a laptop if it fits; and on all of them up to `count` other things, whose centres are at least
+/// `free_front` metres from the front edge.
 pub(super) fn set_table(
     b: &mut Builder,
     top: &TableTop,
@@ -66,7 +66,7 @@ pub(super) fn set_table(
     }
     for _ in 0..count {
         let thing = OTHERS[rng.random_range(0..OTHERS.len())];
-        // Some throws, since much of the table may be taken.
+        // Several places are tried, since much of the table may be occupied.
         for _ in 0..8 {
             let at =
                 Vec2::new(rng.random_range(-half.x..half.x), rng.random_range(free_front - half.y..half.y));

@@ -9,26 +9,26 @@ use super::furnishing::Furnished;
 use super::station::Station;
 use crate::scene::walk::Walk;
 
-/// Free floor to all sides of a walker's middle: half a stride.
+/// Free floor around a walker's middle, metres: half a stride.
 pub(super) const CLEARANCE: f32 = 0.46;
-/// Distance that walkers keep from the floor that the camera needs.
+/// Distance that walkers keep from the floor that the camera needs, metres.
 const FROM_CAMERA: f32 = 0.5;
-/// Distance between two walkers' middles.
+/// Smallest distance between two walkers' middles, metres.
 const APART: f32 = 0.75;
-/// Ways that are tried for each of the two.
+/// Random ways that are tried for each of the two walkers.
 const TRIES: usize = 800;
-/// Shares of the first and of the second way that the camera is to see.
+/// Smallest shares of the first and of the second way that the camera must see.
 const SEEN: [f32; 2] = [0.35, 0.15];
 
 /// A closed way over the floor.
 pub(super) struct Way {
     points: Vec<[f32; 2]>,
-    /// Along it, every few centimetres.
+    /// Points along the way, every few centimetres.
     pub(super) samples: Vec<Vec2>,
 }
 
-/// Ways over the free floor, much of them in view: two that keep apart from each other, or one on which two
-/// can walk; `None` when none was found.
+/// Ways over the free floor, to a large part in view: two that keep apart, or one on which two people can
+/// walk; `None` when there is neither.
 pub(super) fn choose_ways(
     furnished: &Furnished,
     station: &Station,
@@ -53,7 +53,7 @@ pub(super) fn are_seen(ways: &[Way], furnished: &Furnished, station: &Station) -
     ways.iter().zip(SEEN).all(|(way, share)| way.share_seen(furnished, station) >= share)
 }
 
-/// The walks of two people: on ways of their own, or half a round apart at the same speed.
+/// The walks of two people: each on its own way, or both on one way at the same speed, half a round apart.
 pub(super) fn walks(ways: &[Way], rng: &mut ChaCha8Rng) -> Option<[Walk; 2]> {
     // 0.6 to 1 m/s: an unhurried walk indoors.
     let [speed, other_speed] = std::array::from_fn(|_| rng.random_range(0.6..1.0));
@@ -78,7 +78,7 @@ fn choose_way(
     choose_free_way(&furnished.floor, rng, from_camera, accept)
 }
 
-/// A way over floor that is free, and that `allowed` accepts.
+/// A way over free floor that `allowed` accepts at every point and `accept` as a whole.
 pub(super) fn choose_free_way(
     floor: &FloorPlan,
     rng: &mut ChaCha8Rng,
@@ -87,7 +87,7 @@ pub(super) fn choose_free_way(
 ) -> Option<Way> {
     (0..TRIES).find_map(|_| {
         let points = loop_of_points(floor.half, rng);
-        // The points themselves tell most bad ways.
+        // Checking the points alone rejects most bad ways.
         let free = |at: Vec2| floor.clearance(at) > CLEARANCE && allowed(at);
         if !points.iter().all(|&point| free(point.into())) {
             return None;
@@ -113,7 +113,7 @@ fn loop_of_points(half: Vec2, rng: &mut ChaCha8Rng) -> Vec<[f32; 2]> {
 }
 
 impl Way {
-    /// Somebody walks along it.
+    /// A walk along the way with random speed and start.
     pub(super) fn walk(&self, rng: &mut ChaCha8Rng) -> Walk {
         Walk::new(&self.points, rng.random_range(0.6..1.0), rng.random_range(0.0..20.0))
     }
@@ -126,13 +126,13 @@ impl Way {
         Self { samples: samples.collect(), points }
     }
 
-    /// Whether no turn is tighter than a walker takes it: the chord of 0.4 m of way is at least 0.3 m.
+    /// Whether a walker can take all turns: the chord of every 0.4 m of the way is longer than 0.3 m.
     fn turns_gently(&self) -> bool {
         let n = self.samples.len();
         (0..n).all(|k| self.samples[k].distance(self.samples[(k + 8) % n]) > 0.3)
     }
 
-    /// How much of it is in the camera's view, 0..=1.
+    /// Share of the way that is in the camera's view, 0..=1.
     fn share_seen(&self, furnished: &Furnished, station: &Station) -> f32 {
         let chest = |at: &Vec2| Vec3::new(at.x, at.y, 1.1);
         let probes = || self.samples.iter().step_by(8);
