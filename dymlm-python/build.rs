@@ -1,4 +1,4 @@
-//! Tells the linker of macOS that Python's symbols come with whoever loads the extension.
+//! Tells the linker of macOS that the process that loads the extension provides Python's symbols.
 
 fn main() {
     pyo3_build_config::add_extension_module_link_args();

@@ -1,4 +1,4 @@
-"""Makes the stubs: types from the tables here, docstrings from the module that is installed.
+"""Makes the stubs: types from the tables here, docstrings from the installed module.
 
 `python make_stubs.py python/dymlm`
 """
@@ -458,11 +458,11 @@ __all__ = %s
 
 # A Pose, a 4x4 matrix, or seven numbers: tx ty tz qx qy qz qw.
 _PoseLike: TypeAlias = Pose | ArrayLike
-# What a detector says of a frame: things, an empty list when it found nothing, None when it did not run.
+# The output of a detector for a frame: a list, empty when it found nothing; None when it did not run.
 _Detections: TypeAlias = Iterable[Detection] | Literal["pending"] | None
 
 class Error(ValueError):
-    """Why something was refused: a frame, a config, a folder. What was refused has changed nothing."""
+    """A call was refused, such as one with a bad frame, config or folder; the text says why. Nothing has changed."""
 '''
 names = lambda mod, extra: "[\n" + "".join(f'    "{n}",\n' for n in sorted(extra)) + "]"
 open(sys.argv[1] + "/__init__.pyi", "w").write(

@@ -1,9 +1,9 @@
 """A frame in Open3D and in dymlm, side by side: the same frames of the built-in sequence.
 
-`pip install open3d` and `pip install ./dymlm-python`, then `python benches/beside_open3d.py`. The two do not do the same:
-Open3D fuses every reading into a truncated signed distance field, people included; dymlm tracks and masks movers, then
-makes a cloud, an octree with free space, planes and objects. Times are processor time of all cores, so that a busy
-machine counts for both alike; the median over the frames.
+`pip install open3d` and `pip install ./dymlm-python`, then `python benches/beside_open3d.py`. The two do
+different work: Open3D fuses every reading into a truncated signed distance field, people included; dymlm
+tracks and masks movers, then makes a cloud, an octree with free space, planes and objects. Times are
+processor time of all cores, so that a busy machine counts for both alike; the median over the frames.
 """
 
 import time
@@ -34,7 +34,7 @@ def main():
 
     core = o3d.core
     intrinsic = core.Tensor([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]], core.float64)
-    # The legacy ScalableTSDFVolume of Open3D 0.20 takes these images and stays empty; this is its successor.
+    # The legacy ScalableTSDFVolume of Open3D 0.20 stays empty with these images; this is its successor.
     kinds = (core.float32, core.float32, core.float32)
     volume = o3d.t.geometry.VoxelBlockGrid(("tsdf", "weight", "color"), kinds, ((1), (1), (3)), VOXEL, 16, 100_000)
 

@@ -1,8 +1,8 @@
-"""What the way through Python costs: the built-in sequence, inserted from arrays and as frames.
+"""The cost of calling through Python: the built-in sequence, inserted from arrays and as frames.
 
-Beside the time of each call stands what Rust's own clock says of the same insertion (`report.stages["total"]`, from the
-tracking on): what is left is the binding, with the checks of the frame. Also: calls a second of small calls, and which
-arrays are copied.
+The time of each call is compared with Rust's own time of the same insertion (`report.stages["total"]`, from
+tracking on): the difference is the binding, with its checks of the frame. Also: the rate of small calls, and
+which arrays are copied.
 """
 
 import time

@@ -1,4 +1,4 @@
-//! Numbers from arrays of numpy and back.
+//! Conversions between numpy's arrays and Rust's numbers.
 
 use numpy::{
     Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
@@ -40,7 +40,8 @@ pub(crate) fn to_vector<T: Element + Copy, const N: usize>(
     PyArray1::from_vec(py, vector.to_vec())
 }
 
-/// An array of this type, to be read; `None` when it holds values of another type, or is no array.
+/// Read access to an array of this type; `None` when the argument holds values of another type, or is no
+/// array.
 pub(crate) fn array_of<'py, T: Element>(
     given: &Bound<'py, PyAny>,
 ) -> PyResult<Option<PyReadonlyArrayDyn<'py, T>>> {
@@ -48,17 +49,17 @@ pub(crate) fn array_of<'py, T: Element>(
     if array.is_aligned() {
         return Ok(Some(array.try_readonly()?));
     }
-    // A view into packed records: Rust reads numbers only where the machine can.
+    // A view into packed records is copied, since Rust reads numbers only at aligned addresses.
     let aligned = given.call_method0("copy")?;
     Ok(Some(aligned.cast::<PyArrayDyn<T>>()?.try_readonly()?))
 }
 
-/// The values of an array in C order, without copying them where they lie like that; else gathered in `kept`.
+/// The values of an array in C order: not copied if they are in C order already, else copied into `kept`.
 pub(crate) fn values<'a, T: Element + Copy>(
     array: &'a PyReadonlyArrayDyn<'_, T>,
     kept: &'a mut Vec<T>,
 ) -> &'a [T] {
-    // A slice in memory order is one in C order only when the array says so.
+    // `as_slice` gives memory order, which is C order only if the array is C-contiguous.
     if array.is_c_contiguous()
         && let Ok(values) = array.as_slice()
     {
@@ -69,7 +70,7 @@ pub(crate) fn values<'a, T: Element + Copy>(
     kept
 }
 
-/// Numbers of anything that numpy takes for an array, as f64, and their shape.
+/// The numbers, as f64, and the shape of anything that numpy can convert to an array.
 fn numbers(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let no_numbers = || PyTypeError::new_err(format!("{what}: an array of real numbers is needed"));
     let array = given.py().import("numpy")?.call_method1("asarray", (given,)).map_err(|_| no_numbers())?;
@@ -84,7 +85,7 @@ fn numbers(given: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<f64>, Vec<usiz
     Ok((values(&array, &mut Vec::new()).to_vec(), shape))
 }
 
-/// The rows of an (n, `N`) array of numbers, or of one row (`N`,).
+/// The rows of an (n, `N`) array of numbers, or one row (`N`,).
 pub(crate) fn rows<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; N]>> {
     let (values, shape) = numbers(given, what)?;
     if !matches!(*shape, [_, columns] | [columns] if columns == N) && !matches!(*shape, [0]) {
@@ -99,7 +100,7 @@ pub(crate) fn vector<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> Py
     <[f64; N]>::try_from(values).map_err(|_| refused(format!("{what} of shape {shape:?}: ({N},) is needed")))
 }
 
-/// `N` rows of `M` numbers; `None` when the shape is another.
+/// `N` rows of `M` numbers; `None` when the array has another shape.
 pub(crate) fn matrix<const N: usize, const M: usize>(
     given: &Bound<'_, PyAny>,
     what: &str,
@@ -108,7 +109,7 @@ pub(crate) fn matrix<const N: usize, const M: usize>(
     Ok(if *shape == [N, M] { values.as_chunks::<M>().0.try_into().ok() } else { None })
 }
 
-/// Points of an (n, 3) array in single precision: that of clouds.
+/// The points of an (n, 3) array in single precision, as clouds have them.
 pub(crate) fn points(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f32; 3]>> {
     if let Some(array) = array_of::<f32>(given)?
         && let [_, 3] = *array.shape()
@@ -118,7 +119,7 @@ pub(crate) fn points(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f32;
     Ok(rows::<3>(given, what)?.into_iter().map(|point| point.map(|c| c as f32)).collect())
 }
 
-/// What an array is, for the words of an error: its type and shape, or the type of what is none.
+/// Describes an argument in an error's text: an array by its type and shape, anything else by its type.
 pub(crate) fn described(given: &Bound<'_, PyAny>) -> String {
     match given.cast::<PyUntypedArray>() {
         Ok(array) => format!("{} of shape {:?}", array.dtype(), array.shape()),

@@ -24,16 +24,16 @@ use crate::pose::{PoseArgument, PyPose};
 use crate::reader::PyMapReader;
 use crate::report::PyFrameReport;
 
-/// Builds four maps of the static world (cloud, octree, planes, objects) from frames, 2D detections and poses, while
-/// people walk through it. Frames come in the order of their time.
+/// Builds four maps of the static world (cloud, octree, planes, objects) from frames, 2D detections and
+/// poses, while people walk through it. Frames come in the order of their time.
 ///
-/// While it works, other threads of Python run. It may be shared by threads: their calls come one after the other.
-/// What is refused raises an exception, and changes nothing.
+/// While a call runs, other threads of Python run. Threads may share a builder: their calls run one after the
+/// other. A refused call raises an exception and changes nothing.
 #[pyclass(frozen, name = "MapBuilder", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMapBuilder {
     camera: PinholeCamera,
-    /// None once it is finished.
+    /// None once the builder is finished.
     builder: Exclusive<Option<MapBuilder>>,
     buffers: Mutex<ImageBuffers>,
 }
@@ -47,7 +47,7 @@ impl PyMapBuilder {
         Ok(Self::of(camera, MapBuilder::new(config).or_raise()?))
     }
 
-    /// Goes on with a map of an earlier session: its ids go on, and so does its clock. Poses are in its world.
+    /// Continues a map of an earlier session: its ids and its clock go on. Poses are in its world.
     #[staticmethod]
     fn resume(py: Python<'_>, map: &Bound<'_, PyMap>, camera: &Bound<'_, PyCamera>) -> PyResult<Self> {
         let maps = map.get().maps();
@@ -57,13 +57,13 @@ impl PyMapBuilder {
 
     /// Takes in one frame.
     ///
-    /// timestamp: seconds. depth: (height, width), uint16 with `depth_scale` units a metre (1000: millimetres, 5000: TUM),
-    /// or float32 metres; 0 and NaN are no readings. color: (height, width, 3) uint8, red, green, blue, seen from the same
-    /// place. world_from_camera: a Pose, a 4x4 matrix, or `tx ty tz qx qy qz qw`. detections: a list of Detection, empty
-    /// when the detector found nothing; None when it did not run; "pending" when it runs still, then `detections_for`
-    /// brings them.
+    /// timestamp: seconds. depth: (height, width), uint16 with `depth_scale` units a metre (1000:
+    /// millimetres, 5000: TUM), or float32 metres; 0 and NaN are no readings. color: (height, width, 3)
+    /// uint8, red, green, blue, registered to the depth image. world_from_camera: a Pose, a 4x4 matrix, or
+    /// `tx ty tz qx qy qz qw`. detections: a list of Detection, empty when the detector found nothing; None
+    /// when it did not run; "pending" while it still runs, then pass them to `detections_for` later.
     ///
-    /// Arrays may be views with any strides. Each value is read once, into images that the builder keeps.
+    /// Arrays may be views with any strides. Each value is read once, into images that the builder reuses.
     #[pyo3(signature = (timestamp, depth, color = None, *, world_from_camera, detections = None, depth_scale = 1000.0))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]
     fn insert(
@@ -95,7 +95,8 @@ impl PyMapBuilder {
         PyFrameReport::of(py, report)
     }
 
-    /// Takes in a scan of a lidar: points (n, 3) in the sensor's frame, metres. It goes into cloud and octree.
+    /// Takes in a scan of a lidar: points (n, 3) in the sensor's frame, metres. It goes into cloud and
+    /// octree.
     fn insert_scan(
         &self,
         py: Python<'_>,
@@ -109,8 +110,8 @@ impl PyMapBuilder {
         PyFrameReport::of(py, report)
     }
 
-    /// Brings the detections of a frame that was inserted with "pending". With a history also those of a key frame that
-    /// was mapped without.
+    /// Passes on the detections of a frame that was inserted with "pending". With a history, also the
+    /// detections of a key frame that was mapped without any.
     fn detections_for(
         &self,
         py: Python<'_>,
@@ -123,14 +124,15 @@ impl PyMapBuilder {
         PyFrameReport::of(py, report)
     }
 
-    /// Processes all frames that wait, those without detections as frames on which the detector did not run.
+    /// Processes all waiting frames; those still without detections count as frames on which the detector did
+    /// not run.
     fn process_waiting(&self, py: Python<'_>) -> PyResult<Vec<Py<PyFrameReport>>> {
         let reports = self.with(py, |builder| builder.process_waiting().or_raise())?;
         PyFrameReport::of_all(py, reports)
     }
 
-    /// Takes out of octree, planes and objects at once what the newest frames have found to be no part of the static
-    /// world; it happens by itself once a second.
+    /// Removes at once from octree, planes and objects what the newest frames have found not to belong to the
+    /// static world; otherwise this happens once a second.
     fn settle(&self, py: Python<'_>) -> PyResult<()> {
         self.with(py, |builder| {
             builder.settle();
@@ -138,8 +140,8 @@ impl PyMapBuilder {
         })
     }
 
-    /// Chooses an object of the map to be followed while somebody carries it, from a Frame on in which it stands where the
-    /// map has it: an ObjectTracker.
+    /// Chooses an object of the map to be followed while somebody carries it. In the given Frame, the object
+    /// must still stand where the map has it. Returns an ObjectTracker.
     fn track_object(
         &self,
         py: Python<'_>,
@@ -154,9 +156,9 @@ impl PyMapBuilder {
         Ok(PyObjectTracker::of(object, tracker))
     }
 
-    /// Tells the maps what a tracker has found in its last frame; before that frame is inserted. While the object moves its
-    /// pixels are kept out of the maps. Once it has come to rest, it stands at its new place in all of them, and its old
-    /// place is empty: an ObjectMove, else None.
+    /// Tells the maps what a tracker has found in its last frame; call this before that frame is inserted.
+    /// While the object moves, its pixels are kept out of the maps. Once it has come to rest, all maps have
+    /// it at its new place, its old place is empty, and an ObjectMove is returned; else None.
     fn follow_object(
         &self,
         py: Python<'_>,
@@ -170,7 +172,8 @@ impl PyMapBuilder {
         Ok(moved.as_ref().map(PyObjectMove::of))
     }
 
-    /// The maps as they stand: a Map that stays as it is while the builder goes on. It shares what does not change.
+    /// The maps in their current state: a Map that does not change while the builder goes on. It shares
+    /// unchanged memory with the builder.
     fn map(&self, py: Python<'_>) -> PyResult<PyMap> {
         self.with(py, |builder| Ok(PyMap::of(builder.map().clone())))
     }
@@ -180,7 +183,7 @@ impl PyMapBuilder {
         self.with(py, |builder| Ok(PyMapReader(builder.reader())))
     }
 
-    /// Processes the frames that wait, settles, and gives the maps away: the builder takes in no more.
+    /// Processes the waiting frames, settles, and returns the maps; the builder then accepts no more frames.
     fn finish(&self, py: Python<'_>) -> PyResult<PyMap> {
         let finish = |builder: &mut Option<MapBuilder>| {
             builder.as_mut().ok_or_else(finished)?.process_waiting().or_raise()?;
@@ -190,10 +193,10 @@ impl PyMapBuilder {
         self.builder.with(py, finish)?
     }
 
-    /// Moves frames to where a loop closure has found them, and all four maps follow: they are those that the same
-    /// observations at the new poses would have made, to the bit. Needs a history. poses: new poses by frame id (int) or
-    /// timestamp (float, as it was inserted), all in one way; frames that are not named move with their neighbours. Ctrl-C cancels it, and
-    /// nothing has changed.
+    /// Gives frames new poses, as after a loop closure, and all four maps follow: they are, to the bit, the
+    /// maps that the same observations at the new poses would have made. Needs a history. poses: new poses by
+    /// frame id (int) or by timestamp (float, as inserted), not both in one call; other frames move with
+    /// their neighbours. Ctrl-C cancels the call, and nothing has changed.
     fn correct_poses(&self, py: Python<'_>, poses: &Bound<'_, PyDict>) -> PyResult<PyCorrectionReport> {
         let pair = |(frame, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
             Ok((frame.extract()?, pose.extract::<PoseArgument>()?.0))
@@ -218,8 +221,8 @@ impl PyMapBuilder {
         Ok(PyCorrectionReport::of(&report))
     }
 
-    /// Takes a frame or a scan out of all maps, as if it had never been inserted. Needs a history. frame: its id, or its
-    /// timestamp.
+    /// Removes a frame or a scan from all maps, as if it had never been inserted. Needs a history. frame: its
+    /// id, or its timestamp.
     fn remove(&self, py: Python<'_>, frame: FrameKey) -> PyResult<PyCorrectionReport> {
         let report = self.with(py, |builder| {
             let id = FramesByTime::of(builder, &[(frame, Pose::identity())]).frame(frame)?;
@@ -228,15 +231,15 @@ impl PyMapBuilder {
         Ok(PyCorrectionReport::of(&report))
     }
 
-    /// Moves the whole world: each frame's pose is `new_from_old` times what it was. Needs a history.
+    /// Moves the whole world: each frame's new pose is `new_from_old` times its old one. Needs a history.
     fn transform(&self, py: Python<'_>, new_from_old: PoseArgument) -> PyResult<PyCorrectionReport> {
         let report = self.with(py, |builder| builder.transform(&new_from_old.0).or_raise())?;
         Ok(PyCorrectionReport::of(&report))
     }
 
-    /// Finds better poses by the planes that the key frames have seen, and all maps follow. Needs a history. closures:
-    /// a list of LoopClosure; wrong ones are named in the report. Further fields are those of Rust's `RefineConfig`, such
-    /// as `rounds=3` or `translation_per_second=0.05`.
+    /// Refines the poses by the planes that the key frames have seen, and all maps follow. Needs a history.
+    /// closures: a list of LoopClosure; the report names those that were rejected. Further keywords are the
+    /// fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
     #[pyo3(signature = (closures = None, **fields))]
     fn refine_poses(
         &self,
@@ -251,7 +254,8 @@ impl PyMapBuilder {
         Ok(PyRefineReport::of(report))
     }
 
-    /// The frames that were inserted: a list of (id, timestamp, Pose) as they are mapped now. Empty without a history.
+    /// The frames that were inserted: a list of (id, timestamp, Pose), with the poses at which they are
+    /// mapped now. Empty without a history.
     fn trajectory(&self, py: Python<'_>) -> PyResult<Vec<(u64, f64, PyPose)>> {
         self.with(py, |builder| {
             let frames = builder.trajectory();
@@ -259,13 +263,13 @@ impl PyMapBuilder {
         })
     }
 
-    /// Begins a further session in the same world: its clock may begin anew, and movers are tracked anew.
+    /// Begins another session in the same world: its clock may restart, and movers are tracked anew.
     fn begin_session(&self, py: Python<'_>) -> PyResult<Vec<Py<PyFrameReport>>> {
         let reports = self.with(py, |builder| builder.begin_session().or_raise())?;
         PyFrameReport::of_all(py, reports)
     }
 
-    /// Forgets what lies farther than `radius` metres from a place (3,), world, in all maps.
+    /// Removes from all maps everything farther than `radius` metres from a point (3,) in the world.
     fn forget_outside(&self, py: Python<'_>, center: &Bound<'_, PyAny>, radius: f64) -> PyResult<()> {
         let center = vector(center, "center")?;
         self.with(py, |builder| {
@@ -274,12 +278,13 @@ impl PyMapBuilder {
         })
     }
 
-    /// Bytes that each map takes, what is kept of key frames ("history"), and of earlier states ("snapshots").
+    /// Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots").
     fn memory(&self, py: Python<'_>) -> PyResult<BTreeMap<&'static str, usize>> {
         self.with(py, |builder| Ok(memory_of(builder.memory())))
     }
 
-    /// Which pixels of the last frame were static, (height, width) bool; of each `sensor.stride`-th pixel.
+    /// The static pixels of the last frame, (height, width) bool, for every `sensor.stride`-th pixel of every
+    /// such row.
     fn static_mask<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, bool>> {
         let mask = self.with(py, |builder| Ok(builder.preprocessor().static_mask().clone()))?;
         mask_to_array(py, &mask)
@@ -304,7 +309,7 @@ impl PyMapBuilder {
         Self { camera: camera.get().0, builder, buffers: Mutex::default() }
     }
 
-    /// Works with the builder, without the GIL.
+    /// Runs `work` on the builder, without the GIL.
     fn with<R: Send>(
         &self,
         py: Python<'_>,
@@ -313,24 +318,26 @@ impl PyMapBuilder {
         self.builder.with(py, |builder| work(builder.as_mut().ok_or_else(finished)?))?
     }
 
-    /// The images that the next frame is read into; another thread that inserts at the same time makes its own.
+    /// The images that the next frame is read into; another thread that inserts at the same time allocates
+    /// its own.
     fn take_buffers(&self) -> ImageBuffers {
         std::mem::take(&mut *self.buffers.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
 fn finished() -> PyErr {
-    refused("the builder is finished: resume its map")
+    refused("the builder is finished: continue with MapBuilder.resume")
 }
 
-/// A frame as callers name it.
+/// A frame named by id or by time.
 #[derive(Debug, Clone, Copy, FromPyObject)]
 enum FrameKey {
     Id(u64),
     Time(f64),
 }
 
-/// Python takes 2 and 2.0 for one key: who names frames in both ways may have lost one already.
+/// To Python, 2 and 2.0 are the same key: a dictionary that names frames in both ways may have lost one
+/// already.
 fn check_one_kind<T>(poses: &[(FrameKey, T)]) -> PyResult<()> {
     let times = poses.iter().filter(|(key, _)| matches!(key, FrameKey::Time(_))).count();
     if times == 0 || times == poses.len() {
@@ -339,9 +346,9 @@ fn check_one_kind<T>(poses: &[(FrameKey, T)]) -> PyResult<()> {
     Err(refused("frames named by id and by timestamp in one call: 2 and 2.0 are one key of a dictionary"))
 }
 
-/// Which frames were inserted at which time.
+/// Looks up frames by the time at which they were inserted.
 struct FramesByTime {
-    /// By the bits of their time, those that are asked for alone.
+    /// The frames asked for, by the bits of their times.
     frames: BTreeMap<u64, Vec<FrameId>>,
 }
 

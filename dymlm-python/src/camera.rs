@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 
 use crate::error::OrRaise;
 
-/// A pinhole camera: size in pixels, focal lengths and principal point in pixels. Depth and colour are of one size and
-/// seen from one place. Lenses that distort: rectify the images first.
+/// A pinhole camera: size in pixels, focal lengths and principal point in pixels. Depth and colour have the
+/// same size and are registered to each other. Images of lenses with distortion must be rectified first.
 #[pyclass(frozen, eq, name = "Camera", module = "dymlm")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PyCamera(pub(crate) PinholeCamera);

@@ -15,9 +15,9 @@ use crate::pose::PyPose;
 #[pyclass(frozen, get_all, name = "MapChanges", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMapChanges {
-    /// From which revision.
+    /// Revision of the earlier state.
     from_revision: u64,
-    /// To which.
+    /// Revision of the later state.
     to_revision: u64,
     /// Blocks of the static cloud as they are now, a list of CloudBlock.
     cloud: Vec<Py<PyCloudBlock>>,
@@ -48,15 +48,15 @@ impl PyMapChanges {
     }
 }
 
-/// The static points of a cube of 8^3 voxels, all of them.
+/// All static points of a cube of 8^3 voxels.
 #[pyclass(frozen, get_all, name = "CloudBlock", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyCloudBlock {
-    /// Which cube: its lowest corner is this times 8 voxels.
+    /// The cube's integer coordinates: its lowest corner is at these times 8 voxels.
     place: [i32; 3],
     /// (n, 3) float32, metres, world.
     positions: Py<PyArray2<f32>>,
-    /// Colours of the first of these, as many as have one: (m, 3) uint8.
+    /// Colours of the first m of these points, (m, 3) uint8; the others have none.
     colors: Py<PyArray2<u8>>,
 }
 
@@ -74,13 +74,13 @@ impl PyCloudBlock {
 #[pyclass(frozen, get_all, name = "ChangedThings", module = "dymlm")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyChangedThings {
-    /// Those that are confirmed now and were not.
+    /// Ids that are confirmed now and were not before.
     confirmed: Vec<u64>,
-    /// Those of which more was seen, or that stand elsewhere.
+    /// Ids of things that were seen again or have moved.
     changed: Vec<u64>,
-    /// Those that are one with another now: id to that other.
+    /// Ids that were merged away, each with the id that it was merged into.
     merged: BTreeMap<u64, u64>,
-    /// Those that are there no more, or not confirmed any more.
+    /// Ids that do not exist or are not confirmed any more.
     removed: Vec<u64>,
 }
 
@@ -96,15 +96,15 @@ impl PyChangedThings {
     }
 }
 
-/// What has become of the world between two maps of it.
+/// What has changed in the world between two maps of it.
 #[pyclass(frozen, get_all, name = "WorldChanges", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyWorldChanges {
-    /// Objects that stand elsewhere: a list of (where it stood, where it stands), FoundObject both.
+    /// Objects that have moved: a list of (FoundObject at the old place, FoundObject at the new place).
     moved: Vec<(Py<PyFoundObject>, Py<PyFoundObject>)>,
-    /// Objects in what was empty space, a list of FoundObject.
+    /// Objects in space that was empty before, a list of FoundObject.
     appeared: Vec<Py<PyFoundObject>>,
-    /// Objects where there is empty space now, a list of FoundObject.
+    /// Objects whose space is empty now, a list of FoundObject.
     vanished: Vec<Py<PyFoundObject>>,
 }
 
@@ -132,9 +132,9 @@ pub(crate) struct PyFoundObject {
     world_from_object: PyPose,
     /// Full lengths of its box (3,), metres.
     size: Py<PyArray1<f64>>,
-    /// When it was seen first, seconds on the map's clock.
+    /// When it was first seen, seconds on the map's clock.
     first_seen: f64,
-    /// When it was seen last.
+    /// When it was last seen, seconds on the map's clock.
     last_seen: f64,
 }
 

@@ -6,8 +6,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::rows_to_array;
 
-/// Points with colours, in a fixed order. The arrays are the map's own: they are moved here, not copied, and each
-/// `Map.cloud` makes new ones.
+/// Points with colours, in a fixed order. Each call of `Map.cloud` makes new arrays.
 #[pyclass(frozen, get_all, name = "Cloud", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyCloud {

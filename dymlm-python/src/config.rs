@@ -10,12 +10,13 @@ use toml::{Table, Value};
 
 use crate::error::{OrRaise, refused};
 
-/// Settings of the maps: what is not given stays at its default, or at that of `preset` ("default", "offline": every
-/// frame is mapped, "robot"). Fields are those of a config file:
-/// `Config(history="memory", cloud={"voxel_size": 0.02})`, `Config("robot", sensor={"preset": "realsense_d4xx"})`.
+/// Settings of the maps. Fields that are not given have their defaults, or those of `preset` ("default",
+/// "offline": every frame is mapped, "robot"). The fields are those of a config file:
+/// `Config(history="memory", cloud={"voxel_size": 0.02})`, `Config("robot", sensor={"preset":
+/// "realsense_d4xx"})`.
 ///
-/// `history`: "memory", or {"folder": path}, keeps what key frames have shown, which corrections, merging and refining
-/// of poses need. A MapBuilder says which field is outside its range.
+/// `history`: "memory", or {"folder": path}, keeps the observations of key frames, which correcting, merging
+/// and refining need. A MapBuilder's exception names a field that is outside its range.
 #[pyclass(frozen, eq, name = "Config", module = "dymlm")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PyConfig(pub(crate) MapConfig);
@@ -30,8 +31,8 @@ impl PyConfig {
         Self::of_text(&toml::to_string(&table).or_raise()?)
     }
 
-    /// Reads a config file, given by its path (any `os.PathLike`, or a text of one line that ends with ".toml"), or its
-    /// text.
+    /// Reads a config, given as the path of a file (any `os.PathLike`, or a string of one line that ends with
+    /// ".toml") or as TOML text.
     #[staticmethod]
     fn from_toml(text_or_path: &Bound<'_, PyAny>) -> PyResult<Self> {
         let Ok(text) = text_or_path.extract::<String>() else {
@@ -42,12 +43,12 @@ impl PyConfig {
         if is_path { Self::of_file(&path) } else { Self::of_text(&text) }
     }
 
-    /// All fields, as a config file has them.
+    /// All fields as the text of a config file.
     fn to_toml(&self) -> PyResult<String> {
         toml::to_string(&self.0).or_raise()
     }
 
-    /// All fields, in dictionaries.
+    /// All fields as nested dictionaries.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         dict_of(py, Table::try_from(&self.0).or_raise()?)
     }
@@ -77,7 +78,7 @@ fn value_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if let Ok(table) = value.cast::<PyDict>() {
         return table_of(table).map(Value::Table);
     }
-    // A bool is an int in Python.
+    // Booleans come before integers, since a bool is an int in Python.
     if value.is_instance_of::<PyBool>() {
         return value.extract().map(Value::Boolean);
     }
@@ -91,7 +92,7 @@ fn value_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if value.is_instance_of::<PyFloat>() {
         return value.extract().map(Value::Float);
     }
-    // Integers and numbers of numpy; paths.
+    // Integers and numpy's scalars, then paths.
     if let Ok(whole) = value.extract() {
         return Ok(Value::Integer(whole));
     }

@@ -1,4 +1,4 @@
-//! What corrections of poses have done.
+//! Reports of pose corrections.
 
 use std::collections::BTreeMap;
 
@@ -16,11 +16,11 @@ pub(crate) struct PyCorrectionReport {
     key_frames: usize,
     /// Key frames whose pose has changed.
     moved_key_frames: usize,
-    /// The farthest that a reading can have moved, metres.
+    /// Upper bound of how far a reading has moved, metres.
     largest_motion: f64,
-    /// What has become of the planes, ThingChanges.
+    /// How the planes changed, a ThingChanges.
     planes: PyThingChanges,
-    /// What has become of the objects, ThingChanges.
+    /// How the objects changed, a ThingChanges.
     objects: PyThingChanges,
 }
 
@@ -43,19 +43,19 @@ impl PyCorrectionReport {
     }
 }
 
-/// What has become of planes or objects, by their ids.
+/// How planes or objects changed, by their ids.
 #[pyclass(frozen, get_all, name = "ThingChanges", module = "dymlm")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyThingChanges {
-    /// Those that stand elsewhere now: id to metres.
+    /// Ids that have moved, each with the distance in metres.
     moved: BTreeMap<u64, f64>,
-    /// Those that are one with another now: id to that other; the id leads there.
+    /// Ids that were merged away, each with the id that it was merged into and now leads to.
     merged: BTreeMap<u64, u64>,
-    /// Those of which a part has become another, and that other.
+    /// Ids that were split, each with the id of the part split off.
     split: Vec<(u64, u64)>,
-    /// Those that are there no more.
+    /// Ids that do not exist any more.
     vanished: Vec<u64>,
-    /// Those that were not there before.
+    /// Ids that are new.
     appeared: Vec<u64>,
 }
 
@@ -72,9 +72,9 @@ impl PyThingChanges {
     }
 }
 
-/// What a place recognition has found: how the frame `to_frame` was seen from `from_frame`. It may be wrong.
-/// `from_from_to` takes points of the one's camera to that of the other; standard deviations about and along each axis
-/// in radians and metres.
+/// A result of place recognition: the pose of frame `to_frame` relative to `from_frame`. It may be wrong.
+/// `from_from_to` takes points from the camera of `to_frame` to that of `from_frame`; the standard deviations
+/// are about and along each axis, in radians and metres.
 #[pyclass(frozen, name = "LoopClosure", module = "dymlm")]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PyLoopClosure(pub(crate) LoopClosure);
@@ -105,17 +105,18 @@ impl PyLoopClosure {
 pub(crate) struct PyRefineReport {
     /// Planes that more than one key frame has seen, in the last round.
     planes: usize,
-    /// Views of planes.
+    /// Number of views of planes by key frames.
     views: usize,
-    /// Of these, those that were left out: they are of another plane than the map has them.
+    /// Number of these views that were rejected: they show another plane than the map assigned.
     views_left_out: usize,
-    /// Pairs of planes of the map that turned out to be one, which was met again, in the last round.
+    /// Pairs of planes of the map that turned out to be the same plane, seen again on a revisit, in the last
+    /// round.
     met_again: usize,
-    /// Half the sum of squared errors, in standard deviations, of each round: before and after.
+    /// Cost of each round, before and after: half the sum of squared errors in standard deviations.
     costs: Vec<[f64; 2]>,
-    /// Loop closures that were left out as wrong, by their places in the list.
+    /// Indices of the loop closures that were rejected as wrong.
     left_out: Vec<usize>,
-    /// What has become of the maps, a CorrectionReport of the last round.
+    /// How the maps changed, the CorrectionReport of the last round.
     correction: PyCorrectionReport,
 }
 

@@ -15,9 +15,10 @@ use crate::detection::DetectionsArgument;
 use crate::error::OrRaise;
 use crate::frame::PyFrame;
 
-/// A TUM RGB-D folder: images, `camera.json`, poses (`groundtruth.txt`, or the file `trajectory`) and detections
-/// (`detections.jsonl`, or the file or YOLO folder `detections`). `every`: take every n-th frame. `dataset[i]` loads a
-/// Frame; a loop over the dataset loads one after the other, and warns of those that cannot be loaded and leaves them out.
+/// A TUM RGB-D folder: images, `camera.json`, poses (`groundtruth.txt`, or the file `trajectory`) and
+/// detections (`detections.jsonl`, or the file or YOLO folder `detections`). `every`: only every n-th frame.
+/// `dataset[i]` loads a Frame; a loop over the dataset loads all frames, and skips with a warning those that
+/// cannot be loaded.
 #[pyclass(frozen, name = "Dataset", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyDataset {
@@ -56,7 +57,7 @@ impl PyDataset {
         PyArray1::from_vec(py, frames.map(|frame| frame.timestamp).collect())
     }
 
-    /// What is wrong with its lists and detections: a text each.
+    /// Problems with its lists and detections, a list of texts.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.recording.warnings()
@@ -81,7 +82,7 @@ impl PyDataset {
 
 impl PyDataset {
     fn load(&self, py: Python<'_>, index: usize) -> PyResult<PyFrame> {
-        // The frame goes to Python for good, and its images with it.
+        // Python keeps the frame and its images, so buffers are not reused.
         let loaded = py.detach(|| self.recording.load(index, &mut FrameBuffers::default())).or_raise()?;
         Ok(PyFrame {
             frame: loaded.frame,
@@ -124,7 +125,7 @@ impl PyDatasetFrames {
     }
 }
 
-/// The place of a frame; negative ones count from the end.
+/// The index of a frame; negative indices count from the end.
 pub(crate) fn frame_index(index: isize, count: usize) -> PyResult<usize> {
     let place = if index < 0 { count.checked_add_signed(index) } else { usize::try_from(index).ok() };
     let wrong = || PyIndexError::new_err(format!("frame {index} of {count}"));

@@ -1,4 +1,4 @@
-//! What a 2D detector says of a frame.
+//! The output of a 2D detector for a frame.
 
 use dymlm::Detections;
 use dymlm::core::{BoundingBox, Detection, Mask};
@@ -10,9 +10,9 @@ use pyo3::prelude::*;
 use crate::arrays::{Array2, array_of, described, image_to_array, values, vector};
 use crate::error::{OrRaise, refused};
 
-/// A thing that a 2D detector has found: its label (COCO's names, such as "person"), its box `x_min, y_min, x_max,
-/// y_max` in pixels, its score, 0 to 1, and an instance mask (height, width) of bools, `True` where the thing is, if the
-/// detector makes one.
+/// A detection of a 2D detector: a label (COCO's names, such as "person"), a box `x_min, y_min, x_max, y_max`
+/// in pixels, a score, 0 to 1, and, if the detector gives one, an instance mask (height, width) of bools,
+/// `True` on the thing.
 #[pyclass(frozen, eq, name = "Detection", module = "dymlm")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PyDetection(pub(crate) Detection);
@@ -36,7 +36,7 @@ impl PyDetection {
         }))
     }
 
-    /// What it was taken for.
+    /// The detected class.
     #[getter]
     fn label(&self) -> &str {
         self.0.label()
@@ -54,7 +54,7 @@ impl PyDetection {
         self.0.score()
     }
 
-    /// Where it is in the image, (height, width) bool; None without.
+    /// The instance mask, (height, width) bool, True on the thing; None if the detector gave none.
     #[getter]
     fn mask<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py, bool>>> {
         self.0.mask().map(|mask| mask_to_array(py, mask)).transpose()
@@ -65,7 +65,7 @@ impl PyDetection {
     }
 }
 
-/// A mask of an array (height, width) of bools.
+/// Converts an array (height, width) of bools to a mask.
 pub(crate) fn mask_of(given: &Bound<'_, PyAny>) -> PyResult<Mask> {
     let wrong = || PyTypeError::new_err(format!("a mask that is {}: bool is needed", described(given)));
     let array = array_of::<bool>(given)?.ok_or_else(wrong)?;
@@ -75,12 +75,12 @@ pub(crate) fn mask_of(given: &Bound<'_, PyAny>) -> PyResult<Mask> {
     Mask::new(width, height, values(&array, &mut Vec::new()).to_vec()).or_raise()
 }
 
-/// An array (height, width) of bools of a mask.
+/// Converts a mask to an array (height, width) of bools.
 pub(crate) fn mask_to_array<'py>(py: Python<'py>, mask: &Mask) -> PyResult<Array2<'py, bool>> {
     image_to_array(py, [mask.width(), mask.height()], mask.pixels().collect())
 }
 
-/// What a caller says of a frame's detections: a list, None when the detector did not run, "pending" when it runs still.
+/// The argument `detections`: a list, None when the detector did not run, "pending" while it still runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum DetectionsArgument {
     Found(Vec<Detection>),
@@ -97,7 +97,7 @@ impl DetectionsArgument {
         }
     }
 
-    /// As it is given: the way back.
+    /// Converts it back to the argument.
     pub(crate) fn to_object<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(match self {
             Self::Found(found) => {
@@ -127,7 +127,7 @@ impl<'py> FromPyObject<'_, 'py> for DetectionsArgument {
     }
 }
 
-/// The detections of a sequence of them.
+/// The detections of a Python sequence.
 pub(crate) fn detections_of(given: &Bound<'_, PyAny>) -> PyResult<Vec<Detection>> {
     let detection = |one: PyResult<Bound<'_, PyAny>>| Ok(one?.cast::<PyDetection>()?.get().0.clone());
     given.try_iter()?.map(detection).collect()

@@ -13,8 +13,8 @@ pub(crate) struct PyDistanceField(pub(crate) DistanceField);
 
 #[pymethods]
 impl PyDistanceField {
-    /// At points (n, 3): distances (n,) float64, metres, at most `max_distance`, and their derivatives (n, 3) along x, y
-    /// and z, away from the obstacle; NaN outside the box.
+    /// At points (n, 3): distances (n,) float64, metres, at most `max_distance`, and their derivatives (n, 3)
+    /// along x, y and z, away from the obstacle; NaN outside the box.
     fn at<'py>(
         &self,
         py: Python<'py>,
@@ -31,7 +31,7 @@ impl PyDistanceField {
         Ok((PyArray1::from_vec(py, distances), rows_to_array(py, gradients)?))
     }
 
-    /// The greatest distance that is told, metres.
+    /// The greatest distance that is reported, metres.
     #[getter]
     fn max_distance(&self) -> f64 {
         self.0.max_distance()

@@ -1,4 +1,4 @@
-//! Errors of Rust become exceptions of Python, in the same words.
+//! Turns errors of Rust into exceptions of Python with the same text.
 
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
@@ -8,12 +8,12 @@ create_exception!(
     dymlm,
     Error,
     PyValueError,
-    "Why something was refused: a frame, a config, a folder. What was refused has changed nothing."
+    "A call was refused, such as one with a bad frame, config or folder; the text says why. Nothing has changed."
 );
 
 /// Raises the error of a result.
 pub(crate) trait OrRaise<T> {
-    /// The value, or an exception with the error's words.
+    /// The value, or an exception with the error's text.
     fn or_raise(self) -> PyResult<T>;
 }
 
@@ -23,7 +23,7 @@ impl<T, E: std::error::Error> OrRaise<T> for Result<T, E> {
     }
 }
 
-/// An exception with these words.
+/// An exception with this text.
 pub(crate) fn refused(words: impl Into<String>) -> PyErr {
     Error::new_err(words.into())
 }

@@ -1,4 +1,4 @@
-//! One thread at a time.
+//! A value for one thread at a time.
 
 use std::sync::{Mutex, PoisonError};
 use std::thread::{self, ThreadId};
@@ -7,12 +7,12 @@ use pyo3::prelude::*;
 
 use crate::error::refused;
 
-/// A value that threads of Python use one after the other. Who waits for it, and who works with it, leaves Python to the
-/// others.
+/// A value that Python's threads use one after the other. A thread that waits for it or works with it does
+/// not hold the GIL.
 #[derive(Debug)]
 pub(crate) struct Exclusive<T> {
     value: Mutex<T>,
-    /// Who works with it.
+    /// The thread that works with the value.
     holder: Mutex<Option<ThreadId>>,
 }
 
@@ -21,18 +21,18 @@ impl<T: Send> Exclusive<T> {
         Self { value: Mutex::new(value), holder: Mutex::new(None) }
     }
 
-    /// Works with the value, without the GIL.
+    /// Runs `work` on the value, without the GIL.
     ///
     /// # Errors
     ///
-    /// When this thread works with it already (a signal handler), or a panic has left it half changed.
+    /// When this thread works with the value already (a signal handler), or a panic has left it half changed.
     pub(crate) fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
         let this = thread::current().id();
         if self.holder() == Some(this) {
-            return Err(refused("called while it is at work for the same thread"));
+            return Err(refused("called during another call of the same thread (by a signal handler?)"));
         }
         py.detach(|| {
-            let mut value = self.value.lock().map_err(|_| refused("an earlier call has failed within"))?;
+            let mut value = self.value.lock().map_err(|_| refused("an earlier call panicked: start anew"))?;
             self.set_holder(Some(this));
             let result = work(&mut value);
             self.set_holder(None);

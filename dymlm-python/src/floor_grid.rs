@@ -14,28 +14,28 @@ use crate::error::OrRaise;
 use crate::map::PyMap;
 use crate::occupancy_grid::{PyGridUpdate, PyOccupancyGrid, grid_region};
 
-/// The 2D map of one floor for a robot that drives on it: what is in the way between two heights above the floor, on ramps
-/// and landings too.
+/// The 2D map of one floor for a robot that drives on it: the obstacles between two heights above the floor,
+/// on ramps and landings too.
 #[pyclass(frozen, name = "FloorGrid", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyFloorGrid(RwLock<FloorGrid>);
 
 #[pymethods]
 impl PyFloorGrid {
-    /// The grid as it stands, a copy: an OccupancyGrid.
+    /// A copy of the current grid, an OccupancyGrid.
     #[getter]
     fn grid(&self, py: Python<'_>) -> PyOccupancyGrid {
         PyOccupancyGrid::of(py.detach(|| self.floor().grid().clone()))
     }
 
-    /// Ids of the planes that make the floor, the one with which it began first.
+    /// Ids of the planes that form the floor; the plane from which the search started comes first.
     #[getter]
     fn planes(&self) -> Vec<u64> {
         self.floor().planes().iter().map(|plane| plane.get()).collect()
     }
 
-    /// Height of the floor at places (n, 2) in the grid's axes: (n,) float64, metres along up from the world's origin, NaN
-    /// outside of the grid.
+    /// Height of the floor at points (n, 2) in the grid's axes: (n,) float64, metres along up from the
+    /// world's origin, NaN outside the grid.
     fn floor_heights<'py>(&self, py: Python<'py>, places: &Bound<'py, PyAny>) -> PyResult<Array1<'py, f64>> {
         let places = rows::<2>(places, "places")?;
         let heights = py.detach(|| {
@@ -45,8 +45,8 @@ impl PyFloorGrid {
         Ok(PyArray1::from_vec(py, heights))
     }
 
-    /// Brings the grid up to date in place, from the state of the maps that it was made of (`earlier`) to a newer one: to
-    /// the cell what making it anew over the same region gives. A GridUpdate.
+    /// Updates the grid in place from the maps that it was made of (`earlier`) to newer ones; every cell is
+    /// as in a new grid over the same region. Returns a GridUpdate.
     fn update(
         &self,
         py: Python<'_>,
@@ -70,7 +70,7 @@ impl PyFloorGrid {
     }
 }
 
-/// Fields of the config by name, and a region.
+/// The config from fields by name and a region.
 pub(crate) fn floor_grid_config(
     region: Option<&Bound<'_, PyAny>>,
     fields: Option<&Bound<'_, PyDict>>,

@@ -1,4 +1,4 @@
-//! Frames: images, what a detector says of them, and where they were taken from.
+//! Frames: images, detections and the camera's pose.
 
 use dymlm::core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, PixelFormat, Pose};
 use numpy::{PyArray3, PyArrayMethods, PyUntypedArrayMethods};
@@ -11,8 +11,8 @@ use crate::detection::{DetectionsArgument, mask_to_array};
 use crate::error::{OrRaise, refused};
 use crate::pose::{PoseArgument, PyPose};
 
-/// A frame with what a detector says of it and where it was taken from: what MapBuilder.insert_frame takes, and what
-/// datasets and simulated sequences give. `depth`, `color`, `world_from_camera`, `detections` and `depth_scale` as in
+/// A frame with its detections and the camera's pose, which datasets and simulated sequences give and
+/// MapBuilder.insert_frame takes. `depth`, `color`, `world_from_camera`, `detections` and `depth_scale` as in
 /// MapBuilder.insert.
 #[pyclass(frozen, name = "Frame", module = "dymlm")]
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub(crate) struct PyFrame {
     pub(crate) truth: Option<FrameTruth>,
 }
 
-/// What only a simulation knows of a frame.
+/// The truth about a frame, which only a simulation knows.
 #[derive(Debug)]
 pub(crate) struct FrameTruth {
     pub(crate) mover_mask: Mask,
@@ -71,7 +71,7 @@ impl PyFrame {
         image_to_array(py, [depth.width(), depth.height()], depth.data().to_vec())
     }
 
-    /// Colours, (height, width, 3) uint8: red, green, blue; None without. A copy.
+    /// Colours, (height, width, 3) uint8: red, green, blue; None if the frame has none. A copy.
     #[getter]
     fn color<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray3<u8>>>> {
         let Some(color) = self.frame.color() else { return Ok(None) };
@@ -79,25 +79,26 @@ impl PyFrame {
         pixels.reshape([color.height(), color.width(), 3]).map(Some)
     }
 
-    /// What was detected: a list of Detection, None when the detector did not run, "pending" when it runs still.
+    /// The detections: a list of Detection, None when the detector did not run, "pending" while it still
+    /// runs.
     #[getter]
     fn detections<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.found.to_object(py)
     }
 
-    /// Where it was taken from: the exact pose, of a simulated frame.
+    /// The camera's pose; for a simulated frame, the exact one.
     #[getter]
     fn world_from_camera(&self) -> PyPose {
         PyPose(self.world_from_camera)
     }
 
-    /// The pose as a SLAM estimates it, of a simulated frame; else None.
+    /// For a simulated frame, the pose as a SLAM would estimate it; else None.
     #[getter]
     fn estimated_world_from_camera(&self) -> Option<PyPose> {
         Some(PyPose(self.truth.as_ref()?.estimated_world_from_camera))
     }
 
-    /// Where movers are, exactly, (height, width) bool, of a simulated frame; else None.
+    /// For a simulated frame, the exact mask of movers, (height, width) bool; else None.
     #[getter]
     fn mover_mask<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py, bool>>> {
         self.truth.as_ref().map(|truth| mask_to_array(py, &truth.mover_mask)).transpose()
@@ -114,7 +115,7 @@ impl PyFrame {
     }
 }
 
-/// The images of a frame as a caller gives them.
+/// The images of a frame as the caller passes them.
 #[derive(Clone, Copy)]
 pub(crate) struct GivenImages<'a, 'py> {
     pub(crate) depth: &'a Bound<'py, PyAny>,
@@ -122,7 +123,7 @@ pub(crate) struct GivenImages<'a, 'py> {
     pub(crate) color: Option<&'a Bound<'py, PyAny>>,
 }
 
-/// Images that frames are read into, so that inserting a frame allocates none.
+/// Images that frames are read into, so that inserting a frame allocates no images.
 #[derive(Debug, Default)]
 pub(crate) struct ImageBuffers {
     depth: Option<DepthImage>,
@@ -139,7 +140,7 @@ impl ImageBuffers {
 }
 
 impl GivenImages<'_, '_> {
-    /// The frame of the images: each value is read once, where the caller has it.
+    /// The frame of the images; each value is read once, directly from the caller's array.
     pub(crate) fn to_frame(
         self,
         timestamp: f64,

@@ -1,10 +1,10 @@
 //! Python bindings of `dymlm`: arrays of numpy in, four maps out.
 //!
-//! A thin layer: it computes nothing. A class or function has the name that its counterpart has in Rust; `Py` before
-//! it here keeps the two apart. `dymlm-python/README.md` is for its users.
+//! A thin layer that computes nothing. A class or function has the name of its counterpart in Rust; here, the
+//! prefix `Py` distinguishes the two. `dymlm-python/README.md` is the users' guide.
 //!
-//! While Rust works, other threads of Python run: whatever takes longer than a conversion is called through
-//! `Python::detach`. No lock is ever waited for with the GIL held (`exclusive.rs`).
+//! While Rust works, other threads of Python run: everything that takes longer than a conversion is called
+//! through `Python::detach`. No lock is ever waited for with the GIL held (`exclusive.rs`).
 
 #![allow(clippy::doc_markdown, reason = "classes' and methods' docs are docstrings of Python")]
 #![allow(clippy::needless_pass_by_value, reason = "arguments of Python are extracted, and owned")]
@@ -39,7 +39,7 @@ mod sequence;
 mod static_points;
 mod truth;
 
-/// The extension. Python code imports `dymlm`, which gives its names.
+/// The extension module. Python code imports `dymlm`, which re-exports its names.
 #[pyo3::pymodule(name = "_dymlm")]
 mod extension {
     #[pymodule_export]

@@ -25,7 +25,8 @@ use crate::planes::PyPlane;
 use crate::pose::PoseArgument;
 use crate::static_points::PyStaticPoints;
 
-/// Four maps of the static world in one world frame, as they stood when they were asked for. Lengths in metres.
+/// Four maps of the static world in one world frame, in the state in which they were requested. Lengths in
+/// metres.
 #[pyclass(frozen, name = "Map", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMap {
@@ -36,8 +37,8 @@ pub(crate) struct PyMap {
 
 #[pymethods]
 impl PyMap {
-    /// The coloured points of the static world, a voxel each: selection "static" (people, their traces and noise left out)
-    /// or "all" that was read.
+    /// The coloured points of the cloud, one per voxel: selection "static" (without people, ghosts and noise)
+    /// or "all" (every point that was read).
     #[pyo3(signature = (selection = "static"))]
     fn cloud(&self, py: Python<'_>, selection: &str) -> PyResult<PyCloud> {
         let selection = match selection {
@@ -49,7 +50,7 @@ impl PyMap {
         PyCloud::of(py, py.detach(|| map.cloud().point_cloud(selection)))
     }
 
-    /// The static cloud, to be asked about places.
+    /// The static cloud, for queries.
     #[getter]
     fn static_points(&self) -> PyStaticPoints {
         PyStaticPoints(self.maps())
@@ -61,28 +62,30 @@ impl PyMap {
         PyOctree(self.maps())
     }
 
-    /// The planes of the map, a list of Plane in the order in which they came into it.
+    /// The planes of the map, a list of Plane in the order in which they were added.
     #[getter]
     fn planes(&self) -> Vec<PyPlane> {
         let map = self.maps();
         map.planes().iter().map(|plane| PyPlane::of(&map, plane.id())).collect()
     }
 
-    /// The plane of an id; of an id that was merged away, what it became. KeyError when it is not there.
+    /// The plane with an id; for an id that was merged away, the plane that it became. KeyError when there is
+    /// none.
     fn plane(&self, id: u64) -> PyResult<PyPlane> {
         let map = self.maps();
         let current = map.planes().current_id(PlaneId::new(id));
         current.map(|id| PyPlane::of(&map, id)).ok_or_else(|| PyKeyError::new_err(id))
     }
 
-    /// The objects of the map, a list of MapObject in the order in which they came into it.
+    /// The objects of the map, a list of MapObject in the order in which they were added.
     #[getter]
     fn objects(&self) -> Vec<PyMapObject> {
         let map = self.maps();
         map.objects().objects().map(|object| PyMapObject::of(&map, object.id())).collect()
     }
 
-    /// The object of an id; of an id that was merged away, what it became. KeyError when it is not there.
+    /// The object with an id; for an id that was merged away, the object that it became. KeyError when there
+    /// is none.
     fn object(&self, id: u64) -> PyResult<PyMapObject> {
         let map = self.maps();
         let current = map.objects().object(ObjectId::new(id)).map(dymlm::objects::MapObject::id);
@@ -95,8 +98,8 @@ impl PyMap {
         map.objects_on(PlaneId::new(plane)).map(|object| PyMapObject::of(&map, object.id())).collect()
     }
 
-    /// What the planes are, given a vector (3,) that points up: a list of (Plane, kind, height in metres), kind "floor",
-    /// "table", "wall", "ceiling" or "slanted".
+    /// Classifies the planes, given a vector (3,) that points up: a list of (Plane, kind, height in metres),
+    /// where kind is "floor", "table", "wall", "ceiling" or "slanted".
     fn surfaces(&self, up: &Bound<'_, PyAny>) -> PyResult<Vec<(PyPlane, &'static str, f64)>> {
         let (map, up) = (self.maps(), vector(up, "up")?);
         let kind = |kind| match kind {
@@ -113,8 +116,9 @@ impl PyMap {
             .collect())
     }
 
-    /// The first level surface under a point (3,), at most `max_distance` metres against `up` (3,); one that was read
-    /// within `reach` metres of there is extended. A FloorUnder, or None.
+    /// The first level surface under a point (3,), at most `max_distance` metres below it, opposite to `up`
+    /// (3,). A surface with readings within `reach` metres of the point's vertical counts as extended to
+    /// there. A FloorUnder, or None.
     #[pyo3(signature = (point, up, max_distance, reach = 0.0))]
     fn floor_under(
         &self,
@@ -134,9 +138,10 @@ impl PyMap {
         }))
     }
 
-    /// The 2D grid of the floor under a position (3,), seen along `up` (3,): the plane under it and all planes that it goes
-    /// on to, level or sloping, by low steps. region: x and y of the lower and of the upper corner (4,) of what it shows, in
-    /// the grid's axes. Further fields are those of Rust's `FloorGridConfig`, such as `max_height=1.2` or `max_step=0.1`.
+    /// The 2D grid of the floor under a position (3,), seen along `up` (3,): the plane under the position and
+    /// all level or sloping planes that low steps connect to it. region: x and y of the lower and of the
+    /// upper corner (4,) of the grid, in its own axes. Further keywords are the fields of Rust's
+    /// `FloorGridConfig`, such as `max_height=1.2` or `max_step=0.1`.
     #[pyo3(signature = (at, up, region = None, **fields))]
     fn floor_grid(
         &self,
@@ -151,8 +156,8 @@ impl PyMap {
         py.detach(|| map.floor_grid(at, up, &config)).or_raise().map(PyFloorGrid::of)
     }
 
-    /// The 2D grids of all floors, the lowest first: storeys, and what is parted by steps that are too high. As
-    /// `floor_grid`.
+    /// The 2D grids of all floors, the lowest first: storeys, and areas separated by steps that are too high.
+    /// Arguments as for `floor_grid`.
     #[pyo3(signature = (up, region = None, **fields))]
     fn floor_grids(
         &self,
@@ -173,7 +178,7 @@ impl PyMap {
         Some(to_vector(py, self.maps().up()?))
     }
 
-    /// How many there are of what: "cloud_points", "cloud_voxels", "octree_nodes", "octree_leaves",
+    /// Sizes of the maps: "cloud_points", "cloud_voxels", "octree_nodes", "octree_leaves",
     /// "octree_occupied_leaves", "planes", "objects".
     fn counts(&self, py: Python<'_>) -> BTreeMap<&'static str, usize> {
         let map = self.maps();
@@ -189,33 +194,35 @@ impl PyMap {
         ])
     }
 
-    /// Bytes that each map takes, and what is kept of key frames ("history").
+    /// Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots").
     fn memory(&self) -> BTreeMap<&'static str, usize> {
         memory_of(self.maps().memory())
     }
 
-    /// The settings that it was made with.
+    /// The settings that the map was made with.
     #[getter]
     fn config(&self) -> PyConfig {
         PyConfig(self.maps().config().clone())
     }
 
-    /// Which state of the maps it is: it grows whenever they change.
+    /// The number of this state of the maps, which grows whenever they change.
     #[getter]
     fn revision(&self) -> u64 {
         self.maps().revision().get()
     }
 
-    /// Saves the map in a folder: `cloud.ply`, `octree.bt`, `octree.ot`, `planes.json`, `planes.ply`, `objects.json`, and
-    /// the whole state, which `load` reads. A crash leaves the older map or the new one.
+    /// Saves the map in a folder: `cloud.ply`, `octree.bt`, `octree.ot`, `planes.json`, `planes.ply`,
+    /// `objects.json`, and the whole state, which `load` reads. After a crash the folder holds either the old
+    /// map or the new one.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let map = self.maps();
         py.detach(|| map.save(folder)).or_raise()
     }
 
-    /// Takes in the sessions of another map, whose world `world_from_other` brings to this one's: the maps are those that
-    /// one builder would have made of all key frames, to the bit, in the order of the times at which they were recorded.
-    /// Needs a history in both. What was asked of this map before (its octree, planes, clouds) stays as it was.
+    /// Adds the sessions of another map; `world_from_other` takes that map's world to this one's. The result
+    /// is, to the bit, the map that one builder would have made of all key frames in the order in which they
+    /// were recorded. Both maps need a history. Results taken from this map before (octree, planes, clouds)
+    /// do not change.
     #[pyo3(signature = (other, world_from_other = None))]
     fn merge(
         &self,
@@ -235,22 +242,23 @@ impl PyMap {
         Ok(PyMergeReport::of(&py.detach(merge).or_raise()?))
     }
 
-    /// What differs from an earlier state of the map, such as a MapReader gave before: blocks of the cloud, cubes of the
-    /// octree, planes and objects. Who replaces these in a copy has this state.
+    /// The differences from an earlier state of the map, such as one from a MapReader: blocks of the cloud,
+    /// cubes of the octree, planes and objects. A copy of the earlier state in which these are replaced
+    /// equals this state.
     fn changes_since(&self, py: Python<'_>, earlier: &Bound<'_, Self>) -> PyResult<PyMapChanges> {
         let (map, earlier) = (self.maps(), earlier.get().maps());
         PyMapChanges::of(py, py.detach(|| map.changes_since(&earlier)))
     }
 
-    /// What has moved, appeared and vanished in the world since an earlier map of it: the evidence decides, so that only
-    /// what was seen both times is compared.
+    /// What has moved, appeared and vanished in the world since an earlier map of it. The evidence decides,
+    /// so that only places seen both times are compared.
     fn world_changes_since(&self, py: Python<'_>, earlier: &Bound<'_, Self>) -> PyResult<PyWorldChanges> {
         let (map, earlier) = (self.maps(), earlier.get().maps());
         PyWorldChanges::of(py, &py.detach(|| map.world_changes_since(&earlier)))
     }
 
-    /// The sessions that the map was built in: a list of (first frame, number of frames, first time, last time). Empty
-    /// without a history.
+    /// The sessions that the map was built in: a list of (first frame, number of frames, first time, last
+    /// time). Empty without a history.
     #[getter]
     fn sessions(&self) -> Vec<(u64, usize, f64, f64)> {
         let session = |one: dymlm::MapSession| (one.first.get(), one.frames, one.times[0], one.times[1]);
@@ -278,13 +286,13 @@ impl PyMap {
         Self { map: RwLock::new(map), merging: Mutex::default() }
     }
 
-    /// The maps as they stand. The lock is held no longer than it takes to count a reference.
+    /// The current maps. The lock is held only while the reference is counted.
     pub(crate) fn maps(&self) -> Arc<MultiLevelMap> {
         Arc::clone(&self.map.read().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// The map that was saved in a folder, to the bit.
+/// Loads the map that was saved in a folder, to the bit.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<PyMap> {
     py.detach(|| MultiLevelMap::load(folder)).or_raise().map(PyMap::of)
@@ -301,16 +309,17 @@ pub(crate) fn memory_of(memory: MapMemory) -> BTreeMap<&'static str, usize> {
     ])
 }
 
-/// What something at a point stands on, or would fall onto.
+/// The surface that something at a point stands on or would fall onto.
 #[pyclass(frozen, get_all, name = "FloorUnder", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyFloorUnder {
     /// The plane's id.
     plane: u64,
-    /// Where it is straight under the point, (3,), metres, world.
+    /// The point of the plane vertically below, (3,), metres, world.
     point: Py<PyArray1<f64>>,
-    /// Distance to there, metres.
+    /// Distance to that point, metres.
     distance: f64,
-    /// How far from there the plane was read, metres: 0 where it was read there itself.
+    /// Distance from that point to the nearest reading of the plane, metres; 0 where the plane was read
+    /// there.
     extended_by: f64,
 }

@@ -1,4 +1,4 @@
-//! Saves maps again and again.
+//! Saves maps repeatedly.
 
 use std::path::PathBuf;
 
@@ -9,8 +9,8 @@ use crate::error::OrRaise;
 use crate::exclusive::Exclusive;
 use crate::map::PyMap;
 
-/// Saves maps into one folder again and again: of the state only what has changed since the last time. Its first save
-/// replaces what the folder holds. As long as it lives nobody else writes the folder.
+/// Saves maps repeatedly into one folder; each time, only the changed parts of the state are written. Its
+/// first save replaces the contents of the folder. As long as it exists, nobody else can write the folder.
 #[pyclass(frozen, name = "MapSaver", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMapSaver {
@@ -25,15 +25,15 @@ impl PyMapSaver {
         py.detach(|| MapSaver::create(folder)).or_raise().map(Self::of)
     }
 
-    /// Loads the map of a folder, and goes on saving there: a MapSaver, whose first save writes what has changed since, and
-    /// the Map.
+    /// Loads the map of a folder to continue saving there. Returns a MapSaver, whose first save writes only
+    /// the changes since, and the Map.
     #[staticmethod]
     fn load(py: Python<'_>, folder: PathBuf) -> PyResult<(Self, PyMap)> {
         let (saver, map) = py.detach(|| MapSaver::load(folder, None)).or_raise()?;
         Ok((Self::of(saver), PyMap::of(map)))
     }
 
-    /// Saves a map. A crash leaves the one that was saved before or this one, never half of it.
+    /// Saves a map. After a crash the folder holds either the map saved before or this one, never half of it.
     fn save(&self, py: Python<'_>, map: &Bound<'_, PyMap>) -> PyResult<()> {
         let map = map.get().maps();
         self.saver.with(py, |saver| saver.save(&map))?.or_raise()

@@ -1,4 +1,4 @@
-//! What merging maps has done.
+//! Reports of merged maps.
 
 use std::collections::BTreeMap;
 
@@ -10,16 +10,16 @@ use pyo3::prelude::*;
 #[pyclass(frozen, get_all, name = "MergeReport", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMergeReport {
-    /// The sessions of both, in the order in which they are mapped: a list of (first frame, number of frames, first frame
-    /// in this map before or None, first frame in the other or None).
+    /// The sessions of both, in the order in which they are mapped: a list of (first frame, number of frames,
+    /// first frame in this map before or None, first frame in the other or None).
     sessions: Vec<(u64, usize, Option<u64>, Option<u64>)>,
     /// Key frames in the maps.
     key_frames: usize,
-    /// Those of them that were mapped again.
+    /// Number of these key frames that were mapped again.
     mapped_again: usize,
-    /// What the things of the map that was merged into are called now, NewIds.
+    /// New ids of the things of the map that was merged into, NewIds.
     own: PyNewIds,
-    /// What the other's are, NewIds.
+    /// New ids of the things of the other map, NewIds.
     other: PyNewIds,
 }
 
@@ -38,7 +38,8 @@ impl PyMergeReport {
     }
 }
 
-/// What the planes and objects of a map are called after it was merged: things of both with one id are one.
+/// The ids of a map's planes and objects after merging. Things of the two maps that have the same new id are
+/// the same thing.
 #[pyclass(frozen, get_all, name = "NewIds", module = "dymlm")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyNewIds {

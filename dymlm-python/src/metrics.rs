@@ -28,18 +28,18 @@ pub(crate) struct PyCloudScore {
     stray: f64,
     /// Share of the visible surface points with a point of the cloud within 5 cm.
     completeness: f64,
-    /// The same of the visible points near people; None when there are none.
+    /// Completeness of the visible points near people; None when there are none.
     completeness_near_people: Option<f64>,
     /// Accuracy: median distance of the points to the nearest static surface, metres.
     median_distance: f64,
     /// Number of points scored.
     points: usize,
-    /// Number of visible surface points asked for.
+    /// Number of visible surface points that the cloud should have.
     visible_points: usize,
 }
 
-/// Scores points (n, 3) in the world, such as `map.cloud().positions`, against the truth: a SequenceTruth or PointTruth.
-/// None when no point is finite.
+/// Scores points (n, 3) in the world, such as `map.cloud().positions`, against the truth: a SequenceTruth or
+/// PointTruth. None when no point is finite.
 #[pyfunction]
 pub(crate) fn score_cloud(
     py: Python<'_>,
@@ -58,8 +58,9 @@ pub(crate) fn score_cloud(
     }))
 }
 
-/// How thick the walls, floors and table tops of a cloud are, metres: (median, 95 % quantile) over tiles of 50 cm; a wall
-/// that was mapped twice is as thick as its copies are apart. faces: a list of TrueFace. None when no tile has points.
+/// How thick the walls, floors and table tops of a cloud are, metres: (median, 95 % quantile) over tiles of
+/// 50 cm; the thickness of a wall that was mapped twice is the distance between its copies. faces: a list of
+/// TrueFace. None when no tile has points.
 #[pyfunction]
 pub(crate) fn score_walls(
     py: Python<'_>,
@@ -73,8 +74,9 @@ pub(crate) fn score_walls(
     Ok(score.map(|score| (score.thickness.median, score.thickness.p95)))
 }
 
-/// The absolute trajectory error (Sturm 2012) of poses `world_from_camera`, frame by frame, after the rigid motion that
-/// fits best: root mean squares of translation (metres) and rotation (radians). None without poses.
+/// The absolute trajectory error (Sturm 2012) of poses `world_from_camera`, frame by frame, after the rigid
+/// motion that fits best: root mean squares of translation (metres) and rotation (radians). None without
+/// poses.
 #[pyfunction]
 pub(crate) fn trajectory_error(
     estimated: Vec<PoseArgument>,
@@ -88,8 +90,8 @@ pub(crate) fn trajectory_error(
     Ok(TrajectoryScore::of(&estimated, &truth).map(|score| (score.translation, score.rotation)))
 }
 
-/// All frames of a recording without movers, as they are: what a map of the same place with movers is compared with when
-/// there is no exact truth. voxel_size in metres, 0.002 to 1.
+/// All readings of a recording without movers: a reference for maps of the same place with movers when there
+/// is no exact truth. voxel_size in metres, 0.002 to 1.
 #[pyclass(frozen, name = "ReferenceCloud", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyReferenceCloud(Exclusive<ReferenceCloud>);
@@ -118,9 +120,9 @@ impl PyReferenceCloud {
         self.0.with(py, add)
     }
 
-    /// Scores points (n, 3) of a map: (residue, completeness). Residue: share of the map's voxels further than 6 cm from
-    /// every voxel of the reference. Completeness: share of the reference's voxels that three frames hit with a map voxel
-    /// within 5 cm.
+    /// Scores points (n, 3) of a map: (residue, completeness). Residue: share of the map's voxels further
+    /// than 6 cm from every voxel of the reference. Completeness: share of those voxels of the reference, hit
+    /// by at least three frames, that have a map voxel within 5 cm.
     fn score(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
         let points = points(positions, "positions")?;
         let score = self.0.with(py, |cloud| cloud.score(&points))?;
@@ -132,8 +134,8 @@ impl PyReferenceCloud {
     }
 }
 
-/// Which of all readings a cleaned map keeps (DynamicMap benchmark, Zhang 2023), of readings within `min_depth` to
-/// `max_depth` metres.
+/// Scores which readings a cleaned map keeps (DynamicMap benchmark, Zhang 2023), among readings within
+/// `min_depth` to `max_depth` metres.
 #[pyclass(frozen, name = "DynamicMapScorer", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyDynamicMapScorer(Exclusive<DynamicMapScorer>);
@@ -146,8 +148,8 @@ impl PyDynamicMapScorer {
         Self(Exclusive::new(DynamicMapScorer::new(min_depth..=max_depth)))
     }
 
-    /// Adds the readings of a Frame at its pose; movers: (height, width) bool, True where a pixel shows a mover, by default
-    /// the frame's `mover_mask`.
+    /// Adds the readings of a Frame at its pose; movers: (height, width) bool, True where a pixel shows a
+    /// mover, by default the frame's `mover_mask`.
     #[pyo3(signature = (frame, movers = None))]
     fn add_frame(
         &self,
@@ -169,7 +171,7 @@ impl PyDynamicMapScorer {
     }
 }
 
-/// Which of all readings a cleaned map keeps.
+/// The score of a cleaned map: which readings it keeps.
 #[pyclass(frozen, get_all, name = "DynamicMapScore", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyDynamicMapScore {
@@ -200,15 +202,15 @@ impl PyDynamicMapScore {
     }
 }
 
-/// How planes compare with the true faces. Faces of at least 0.08 m2 in view are asked for.
+/// How planes compare with the true faces. Faces with at least 0.08 m2 in view must be found.
 #[pyclass(frozen, get_all, name = "PlaneScore", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyPlaneScore {
-    /// Share of the faces asked for that were found; None when none is asked for.
+    /// Share of the faces to be found that were found; None when there are none.
     recall: Option<f64>,
-    /// Share of the planes that stand for a face; None without planes.
+    /// Share of the planes that match a face; None without planes.
     precision: Option<f64>,
-    /// Share of the visible area of the faces asked for that planes cover.
+    /// Share of the visible area of the faces to be found that planes cover.
     area_recall: Option<f64>,
     /// Share of the planes' area that lies on faces.
     area_precision: Option<f64>,
@@ -218,7 +220,7 @@ pub(crate) struct PyPlaneScore {
     angle_degrees: Option<(f64, f64)>,
     /// Offsets of matched planes from their faces, metres: (median, 95 % quantile).
     offset: Option<(f64, f64)>,
-    /// Which plane stands for which face: a list of (index of the plane, id of the face).
+    /// The matches: a list of (index of the plane, id of the face).
     matches: Vec<(usize, usize)>,
 }
 
@@ -256,12 +258,12 @@ pub(crate) fn score_planes(
     })
 }
 
-/// How objects compare with the true ones, as boxes; pairs have an intersection over union of 0.25 or more. Objects that at
-/// least 8 frames saw are asked for.
+/// How objects compare with the true ones as boxes; matches have an intersection over union of 0.25 or more.
+/// Objects that at least 8 frames saw must be found.
 #[pyclass(frozen, get_all, name = "ObjectScore", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyObjectScore {
-    /// Share of the objects asked for that have a match; None when none is asked for.
+    /// Share of the objects to be found that have a match; None when there are none.
     recall: Option<f64>,
     /// Share of the map's objects that have a match; None without objects.
     precision: Option<f64>,
@@ -273,7 +275,7 @@ pub(crate) struct PyObjectScore {
     center_error: Option<(f64, f64)>,
     /// Yaw errors of the matches that have one, degrees: (median, 95 % quantile).
     yaw_error_degrees: Option<(f64, f64)>,
-    /// Which object stands for which: a list of (index of the map's object, id of the true one).
+    /// The matches: a list of (index of the map's object, id of the true one).
     matches: Vec<(usize, usize)>,
 }
 

@@ -1,4 +1,4 @@
-//! Things of the map that somebody carries about.
+//! Objects of the map that somebody carries.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -13,13 +13,14 @@ use crate::exclusive::Exclusive;
 use crate::frame::PyFrame;
 use crate::pose::PyPose;
 
-/// Follows an object of the map while somebody carries it, in six degrees of freedom. Made by `MapBuilder.track_object`.
+/// Follows an object of the map while somebody carries it, in six degrees of freedom. Made by
+/// `MapBuilder.track_object`.
 #[pyclass(frozen, name = "ObjectTracker", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyObjectTracker {
     pub(crate) object: ObjectId,
     tracker: Exclusive<ObjectTracker>,
-    /// What was found in the last frame.
+    /// The result of the last frame.
     last: Mutex<Option<ObjectUpdate>>,
 }
 
@@ -31,7 +32,7 @@ impl PyObjectTracker {
         self.object.get()
     }
 
-    /// Finds the object in the next Frame, which needs colours. An ObjectUpdate.
+    /// Finds the object in the next Frame, which needs colours. Returns an ObjectUpdate.
     fn track(&self, py: Python<'_>, frame: &Bound<'_, PyFrame>) -> PyResult<PyObjectUpdate> {
         let frame = frame.get();
         let found: &[Detection] = match &frame.found {
@@ -52,7 +53,7 @@ impl PyObjectTracker {
         Self { object, tracker: Exclusive::new(tracker), last: Mutex::default() }
     }
 
-    /// The tracker and what it has found in the last frame.
+    /// The tracker and its result of the last frame.
     pub(crate) fn last_found(&self, py: Python<'_>) -> PyResult<(ObjectTracker, ObjectUpdate)> {
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let last = last.ok_or_else(|| refused("the tracker has tracked no frame"))?;
@@ -66,11 +67,11 @@ impl PyObjectTracker {
 pub(crate) struct PyObjectUpdate {
     /// "at_rest", "tracking", "occluded", "lost" or "recovered".
     state: &'static str,
-    /// Its pose; where `inliers` is 0, the last one or a guess.
+    /// Its pose; when `inliers` is 0, the last known pose or a prediction.
     world_from_object: PyPose,
     /// Number of points that agree on the pose.
     inliers: usize,
-    /// 0 to 1.
+    /// Confidence in the pose, 0 to 1.
     confidence: f64,
     /// Whether it came to rest in this frame, at a new place.
     came_to_rest: bool,
@@ -94,21 +95,21 @@ impl PyObjectUpdate {
     }
 }
 
-/// An object was put down at another place, and all maps followed.
+/// The move of an object that was put down at another place; all maps followed.
 #[pyclass(frozen, get_all, name = "ObjectMove", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyObjectMove {
     /// The object's id.
     object: u64,
-    /// Its box where it stood.
+    /// The frame of its box at the old place.
     old_world_from_object: PyPose,
-    /// Its box where it stands now.
+    /// The frame of its box at the new place.
     world_from_object: PyPose,
-    /// Number of voxels of the cloud that went with it.
+    /// Number of voxels of the cloud that moved with it.
     cloud_voxels: usize,
-    /// Number of cells of the octree that are free now.
+    /// Number of cells of the octree that became free.
     emptied_cells: usize,
-    /// Number of cells of the octree that it has come to.
+    /// Number of cells of the octree that became occupied.
     occupied_cells: usize,
     /// Ids of planes that are faces of it.
     planes: Vec<u64>,

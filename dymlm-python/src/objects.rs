@@ -22,13 +22,13 @@ pub(crate) struct PyMapObject {
 
 #[pymethods]
 impl PyMapObject {
-    /// Its id: it never changes and never comes again.
+    /// Its id, which never changes and is never used again.
     #[getter]
     fn id(&self) -> u64 {
         self.id.get()
     }
 
-    /// What it was mostly taken for.
+    /// The label with the most evidence.
     #[getter]
     fn label(&self) -> PyResult<&str> {
         Ok(self.object()?.label())
@@ -40,7 +40,7 @@ impl PyMapObject {
         Ok(self.object()?.score())
     }
 
-    /// All that it was taken for: label to the sum of the detections' scores.
+    /// The evidence for each label: label to the sum of its detections' scores.
     #[getter]
     fn evidence(&self) -> PyResult<BTreeMap<&str, f64>> {
         Ok(self.object()?.evidence().iter().collect())
@@ -58,8 +58,8 @@ impl PyMapObject {
         Ok(to_vector(py, self.object()?.oriented_box().lengths()))
     }
 
-    /// The frame of its box: the origin is the centre, the axes run along the sides; the third is the normal of what it
-    /// stands on.
+    /// The frame of its box: the origin is the centre, the axes are along the sides; the third axis is the
+    /// normal of its support.
     #[getter]
     fn world_from_object(&self) -> PyResult<PyPose> {
         Ok(PyPose(self.object()?.oriented_box().world_from_box()))
@@ -71,19 +71,19 @@ impl PyMapObject {
         rows_to_array(py, self.object()?.oriented_box().world_from_box().rotation_matrix().to_vec())
     }
 
-    /// The corners of its box (8, 3); corner k lies on the positive side of axis i where bit i of k is set.
+    /// The corners of its box (8, 3); corner k is on the positive side of axis i if bit i of k is set.
     #[getter]
     fn corners<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, f64>> {
         rows_to_array(py, self.object()?.oriented_box().corners().to_vec())
     }
 
-    /// What stands for it: "cuboid", or "ellipsoid" in the box.
+    /// Its shape: "cuboid", or "ellipsoid" inscribed in the box.
     #[getter]
     fn shape(&self) -> PyResult<&'static str> {
         Ok(self.object()?.shape().kind().name())
     }
 
-    /// Number of detections that are of it.
+    /// Number of its detections.
     #[getter]
     fn observations(&self) -> PyResult<u32> {
         Ok(self.object()?.observations())
@@ -101,13 +101,13 @@ impl PyMapObject {
         Ok(self.object()?.last_seen())
     }
 
-    /// Id of the plane that it stands on; None when that is no plane of the map, or not known.
+    /// Id of the plane that it stands on; None when its support is not a plane of the map, or unknown.
     #[getter]
     fn support(&self) -> PyResult<Option<u64>> {
         Ok(self.object()?.support().and_then(|support| support.id).map(dymlm::core::PlaneId::get))
     }
 
-    /// Its surface points (n, 3) float64, one a voxel.
+    /// Its surface points (n, 3) float64, one per voxel.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, f64>> {
         rows_to_array(py, self.object()?.points().collect())

@@ -41,20 +41,20 @@ impl PyOccupancyGrid {
         to_vector(py, origin)
     }
 
-    /// Where the grid's axes are in the world.
+    /// Pose of the grid's axes in the world.
     #[getter]
     fn world_from_grid(&self) -> PyPose {
         PyPose(self.grid().world_from_grid())
     }
 
-    /// The same grid with an occupied margin: cells whose centre is no farther than `radius` metres from that of an
-    /// occupied one.
+    /// The same grid inflated: cells whose centre is within `radius` metres of an occupied cell's centre are
+    /// occupied too.
     fn inflated(&self, py: Python<'_>, radius: f64) -> PyResult<Self> {
         py.detach(|| self.grid().inflated(radius)).or_raise().map(Self::of)
     }
 
-    /// Brings the grid up to date in place, from the octree that it was made of (`earlier`) to a newer one: to the cell
-    /// what projecting it anew gives, at the cost of what has changed. A GridUpdate.
+    /// Updates the grid in place from the octree that it was made of (`earlier`) to a newer one. Every cell
+    /// is as in a new projection, and the cost depends only on the changes. Returns a GridUpdate.
     fn update(
         &self,
         py: Python<'_>,
@@ -85,17 +85,18 @@ impl PyOccupancyGrid {
     }
 }
 
-/// What bringing a grid up to date has done.
+/// What updating a grid has changed.
 #[pyclass(frozen, get_all, name = "GridUpdate", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyGridUpdate {
     /// Number of cells that were projected again.
     projected: usize,
-    /// Number of cells that are other than before.
+    /// Number of cells that changed.
     changed: usize,
-    /// First and last column, first and last row of a rectangle around these; None when none is.
+    /// First and last column, first and last row of a rectangle around the changed cells; None when there are
+    /// none.
     bounds: Option<(usize, usize, usize, usize)>,
-    /// Whether the grid has grown, so that indices are other ones than before.
+    /// Whether the grid has grown, so that the indices of its cells have changed.
     has_grown: bool,
 }
 

@@ -13,8 +13,8 @@ use crate::error::{OrRaise, refused};
 use crate::occupancy_grid::{PyOccupancyGrid, grid_region};
 use crate::static_points::rays;
 
-/// The occupancy octree, with OctoMap's model. States in arrays of int8: 1 occupied, 0 free, -1 unknown (never observed).
-/// Lengths in metres, world.
+/// The occupancy octree, with OctoMap's model. States in arrays of int8: 1 occupied, 0 free, -1 unknown
+/// (never observed). Lengths in metres, world.
 #[pyclass(frozen, name = "Octree", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyOctree(pub(crate) Arc<MultiLevelMap>);
@@ -27,14 +27,14 @@ impl PyOctree {
         self.0.octree().resolution()
     }
 
-    /// Lower and upper corner (3,) of the box around all leaves; None of an empty map.
+    /// Lower and upper corner (3,) of the box around all leaves; None for an empty map.
     #[getter]
     fn extent<'py>(&self, py: Python<'py>) -> Option<(Array1<'py, f64>, Array1<'py, f64>)> {
         let extent = py.detach(|| self.0.octree().extent())?;
         Some((to_vector(py, extent.min), to_vector(py, extent.max)))
     }
 
-    /// What is known of the cells at points (n, 3): (n,) int8.
+    /// States of the cells at points (n, 3): (n,) int8.
     fn states<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Array1<'py, i8>> {
         let points = rows::<3>(points, "points")?;
         let states: Vec<i8> = py.detach(|| {
@@ -44,7 +44,7 @@ impl PyOctree {
         Ok(PyArray1::from_vec(py, states))
     }
 
-    /// Log-odds of being occupied of the cells at points (n, 3): (n,) float32, NaN where nothing is known.
+    /// Log-odds of occupancy of the cells at points (n, 3): (n,) float32, NaN for unknown cells.
     fn log_odds<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Array1<'py, f32>> {
         let points = rows::<3>(points, "points")?;
         let log_odds: Vec<f32> = py.detach(|| {
@@ -54,7 +54,7 @@ impl PyOctree {
         Ok(PyArray1::from_vec(py, log_odds))
     }
 
-    /// The occupied leaves, all or those that share a cell with a box: (n, 4) float64, centre x, y, z and side.
+    /// The occupied leaves, all or those that overlap a box: (n, 4) float64, centre x, y, z and side.
     #[pyo3(signature = (low = None, high = None))]
     fn occupied<'py>(
         &self,
@@ -67,7 +67,7 @@ impl PyOctree {
         rows_to_array(py, py.detach(|| self.leaves_in(region).filter(is_occupied).map(place).collect()))
     }
 
-    /// All leaves, or those that share a cell with a box, in OctoMap's order: places (n, 4) float64, centre and side;
+    /// All leaves, or those that overlap a box, in OctoMap's order: cubes (n, 4) float64, centre and side;
     /// log-odds (n,) float32; states (n,) int8.
     #[pyo3(signature = (low = None, high = None))]
     #[expect(clippy::type_complexity, reason = "three results")]
@@ -85,10 +85,11 @@ impl PyOctree {
         Ok((rows_to_array(py, places)?, log_odds, states))
     }
 
-    /// Follows rays through free cells to the first occupied one. origins (n, 3) or (3,) for all, directions (n, 3) of any
-    /// length; unknown: "stop" (a ray ends at a cell never observed) or "pass". Distances (n,) float64 from the origin to
-    /// where the ray enters the cell that it ends at, centres of these cells (n, 3) float64, and why it ended, a list of
-    /// "occupied", "unknown", "max_range" or "border"; NaN and None for an origin outside the map.
+    /// Follows rays through free cells to the first occupied one. origins (n, 3) or (3,) for all, directions
+    /// (n, 3) of any length; unknown: "stop" (a ray ends at a cell never observed) or "pass". Returns the
+    /// distances (n,) float64 from the origin to where the ray enters the cell in which it ends, the centres
+    /// of these cells (n, 3) float64, and the reasons why rays ended, a list of "occupied", "unknown",
+    /// "max_range" or "border"; NaN and None for an origin outside the map.
     #[pyo3(signature = (origins, directions, max_range = f64::INFINITY, unknown = "stop"))]
     #[expect(clippy::type_complexity, reason = "three results")]
     fn cast_rays<'py>(
@@ -113,8 +114,8 @@ impl PyOctree {
         Ok((PyArray1::from_vec(py, distances), rows_to_array(py, centers)?, ends))
     }
 
-    /// The occupied leaf nearest to each of the points (n, 3), within `max_distance`: distances (n,) float64 to its face,
-    /// inf where there is none, and places (n, 4), centre and side, NaN there.
+    /// The occupied leaf nearest to each of the points (n, 3), within `max_distance`: distances (n,) float64
+    /// to its surface and cubes (n, 4), centre and side; inf and NaN where there is none.
     #[pyo3(signature = (points, max_distance = f64::INFINITY))]
     fn nearest_obstacles<'py>(
         &self,
@@ -136,8 +137,9 @@ impl PyOctree {
         Ok((PyArray1::from_vec(py, distances), rows_to_array(py, places)?))
     }
 
-    /// A 2D grid seen from above: what lies between two heights along `up` (3,) from the world's origin. region: x and y of
-    /// the lower and of the upper corner (4,) of what it shows, in its own axes; None: all that was observed.
+    /// A 2D grid seen from above: the cells between two heights along `up` (3,) from the world's origin.
+    /// region: x and y of the lower and of the upper corner (4,) of the grid, in its own axes; None:
+    /// everything observed.
     #[pyo3(signature = (up, min_height, max_height, region = None))]
     fn project(
         &self,
@@ -155,8 +157,8 @@ impl PyOctree {
         grid.or_raise().map(PyOccupancyGrid::of)
     }
 
-    /// Distances to the nearest obstacle, up to `max_distance`, and their gradients at all places of a box; unknown cells
-    /// "pass" (are free) or "stop" (are obstacles).
+    /// Distances to the nearest obstacle, up to `max_distance`, and their gradients everywhere in a box;
+    /// unknown: "pass" (unknown cells are free) or "stop" (they are obstacles).
     #[pyo3(signature = (low, high, max_distance, unknown = "pass"))]
     fn distance_field(
         &self,
@@ -182,7 +184,7 @@ impl PyOctree {
     }
 }
 
-/// A state in arrays.
+/// The code of a state in arrays.
 pub(crate) fn code(state: CellState) -> i8 {
     match state {
         CellState::Occupied => 1,

@@ -11,7 +11,8 @@ use pyo3::prelude::*;
 use crate::arrays::{Array1, Array2, rows_to_array, to_vector};
 use crate::error::refused;
 
-/// A finite plane of a map. World frame, metres: normal . x + offset = 0, and the normal points to the cameras that saw it.
+/// A finite plane of a map. World frame, metres: normal . x + offset = 0, and the normal points towards the
+/// cameras that saw it.
 #[pyclass(frozen, name = "Plane", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyPlane {
@@ -21,7 +22,7 @@ pub(crate) struct PyPlane {
 
 #[pymethods]
 impl PyPlane {
-    /// Its id: it never changes and never comes again.
+    /// Its id, which never changes and is never used again.
     #[getter]
     fn id(&self) -> u64 {
         self.id.get()
@@ -45,7 +46,7 @@ impl PyPlane {
         Ok(to_vector(py, self.plane()?.centroid()))
     }
 
-    /// Area of what was seen of it, square metres.
+    /// Area that was seen, square metres.
     #[getter]
     fn area(&self) -> PyResult<f64> {
         Ok(self.plane()?.area())
@@ -81,7 +82,7 @@ impl PyPlane {
         self.plane()?.boundary().into_iter().map(|polygon| PyBoundary::of(py, polygon)).collect()
     }
 
-    /// Its inliers (n, 3) float32, one a voxel, metres.
+    /// Its inliers (n, 3) float32, one per voxel, metres.
     #[getter]
     fn inliers<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, f32>> {
         rows_to_array(py, self.plane()?.inlier_points().collect())
@@ -109,8 +110,8 @@ impl PyPlane {
     }
 }
 
-/// A connected piece of a plane. World frame, metres; rings are closed without repeating their first corner. Seen from the
-/// side that the normal points to, outlines run counterclockwise and holes clockwise.
+/// A connected piece of a plane. World frame, metres; rings are closed without repeating their first corner.
+/// Seen against the normal, outlines run counterclockwise and holes clockwise.
 #[pyclass(frozen, get_all, name = "Boundary", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyBoundary {
@@ -118,7 +119,7 @@ pub(crate) struct PyBoundary {
     outline: Py<PyArray2<f64>>,
     /// The rings of the holes, a list of (k, 3) float64.
     holes: Vec<Py<PyArray2<f64>>>,
-    /// Area of the outline less that of its holes, square metres.
+    /// Area of the outline minus its holes, square metres.
     area: f64,
 }
 

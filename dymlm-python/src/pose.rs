@@ -9,9 +9,9 @@ use crate::error::{OrRaise, refused};
 
 /// A rigid motion, such as `world_from_camera`, which takes camera coordinates to the world.
 ///
-/// Made of a translation (3,) in metres and a quaternion (4,) `x, y, z, w`, or of what every `world_from_camera` may be
-/// given as: a 4x4 matrix, or seven numbers `tx ty tz qx qy qz qw`. `numpy.asarray(pose)` is the 4x4 matrix. Camera
-/// coordinates: x to the right, y down, z forward.
+/// Made of a translation (3,) in metres and a quaternion (4,) `x, y, z, w`, or of one argument that every
+/// `world_from_camera` accepts too: a 4x4 matrix, or seven numbers `tx ty tz qx qy qz qw`.
+/// `numpy.asarray(pose)` is the 4x4 matrix. Camera coordinates: x to the right, y down, z forward.
 #[pyclass(frozen, eq, name = "Pose", module = "dymlm")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PyPose(pub(crate) Pose);
@@ -26,7 +26,7 @@ impl PyPose {
         Ok(Self(Pose::new(translation, vector(quaternion, "quaternion")?).or_raise()?))
     }
 
-    /// The motion that moves nothing.
+    /// The identity.
     #[staticmethod]
     fn identity() -> Self {
         Self(Pose::identity())
@@ -53,12 +53,12 @@ impl PyPose {
         rows_to_array(py, rows)
     }
 
-    /// The motion back.
+    /// The inverse motion.
     fn inverse(&self) -> Self {
         Self(self.0.inverse())
     }
 
-    /// First the other, then this one.
+    /// The motion that applies first the other, then this one.
     fn __matmul__(&self, other: PoseArgument) -> Self {
         Self(self.0 * other.0)
     }
@@ -70,7 +70,7 @@ impl PyPose {
         dtype: Option<&Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // The matrix is made anew at each call.
+        // The matrix is new at each call, so `copy` has no effect.
         let _ = copy;
         let matrix = self.matrix(py)?.into_any();
         match dtype {
@@ -84,7 +84,7 @@ impl PyPose {
     }
 }
 
-/// A pose as callers give it: a [`PyPose`], a 4x4 matrix, or seven numbers.
+/// A pose argument: a [`PyPose`], a 4x4 matrix, or seven numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PoseArgument(pub(crate) Pose);
 

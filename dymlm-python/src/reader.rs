@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use crate::error::OrRaise;
 use crate::map::PyMap;
 
-/// Reads the maps of a builder on any thread: maps as they were published last, every half second of the frames' clock
-/// and whenever they are changed on request. Neither waits for the other.
+/// Reads the maps of a builder on any thread. The builder publishes its maps every half second of the frames'
+/// clock and whenever they are changed on request. Builder and reader never wait for each other.
 #[pyclass(frozen, name = "MapReader", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMapReader(pub(crate) MapReader);

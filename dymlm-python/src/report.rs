@@ -1,4 +1,4 @@
-//! What frames have done.
+//! Reports of frames.
 
 use std::collections::BTreeMap;
 
@@ -8,28 +8,28 @@ use pyo3::prelude::*;
 
 use crate::correction::PyCorrectionReport;
 
-/// What one frame has done: who moved in it, what was masked, what came into the maps.
+/// The result of one frame: its movers, its masked pixels, and what it added to the maps.
 #[pyclass(frozen, get_all, name = "FrameReport", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyFrameReport {
-    /// The frame's id, by which it is named from now on.
+    /// The frame's id.
     id: u64,
     /// Its time, seconds.
     timestamp: f64,
-    /// What became of it: "waiting" (for detections), "tracked" (no key frame), "mapped" (a key frame), "scanned" (a
-    /// scan), or "mended" (mapped again when its detections came).
+    /// What became of it: "waiting" (for detections), "tracked" (no key frame), "mapped" (a key frame),
+    /// "scanned" (a scan), or "mended" (mapped again when its detections came).
     outcome: &'static str,
-    /// Who and what may move in it: a list of Mover, by ascending track id.
+    /// The movers in it, a list of Mover by ascending track id.
     movers: Vec<PyMover>,
-    /// Pixels that were masked as moving.
+    /// Number of pixels that were masked as moving.
     masked_pixels: usize,
-    /// Seconds that each step took, by name, and "total".
+    /// Seconds that each step took, by name, and "total" for the whole insertion.
     stages: BTreeMap<&'static str, f64>,
-    /// Reports of the other frames that the call has processed: they had waited for detections.
+    /// Reports of other frames that had waited for detections and were processed in this call.
     released: Vec<Py<PyFrameReport>>,
-    /// What came into the maps, a MapUpdate; None when it was not "mapped".
+    /// What was added to the maps, a MapUpdate; None when the frame was not "mapped".
     update: Option<PyMapUpdate>,
-    /// What the mending has done, a CorrectionReport; None when it was not "mended".
+    /// How the maps changed, a CorrectionReport; None when the frame was not "mended".
     correction: Option<PyCorrectionReport>,
 }
 
@@ -74,17 +74,17 @@ impl PyFrameReport {
 #[pyclass(frozen, get_all, name = "Mover", module = "dymlm")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyMover {
-    /// Its track: the same from frame to frame.
+    /// Id of its track, the same from frame to frame.
     track_id: u64,
-    /// What it is; None for what no detector reports.
+    /// Its label; None for an unlabelled mover, which no detector reports.
     label: Option<String>,
-    /// The detector's confidence, 0 to 1; 1 without a label.
+    /// The detector's confidence, 0 to 1; 1 for an unlabelled mover.
     score: f32,
     /// The box that holds its pixels: x_min, y_min, x_max, y_max.
     r#box: [f32; 4],
-    /// The box as it was detected, or predicted.
+    /// The detected or predicted box.
     detected_box: [f32; 4],
-    /// Median depth, metres; None when nothing of it was read.
+    /// Median depth, metres; None without readings.
     depth: Option<f32>,
 }
 
@@ -108,33 +108,33 @@ impl PyMover {
     }
 }
 
-/// What a key frame has brought into the maps. Planes and objects by their ids.
+/// What a key frame has added to the maps. Planes and objects are given by their ids.
 #[pyclass(frozen, get_all, name = "MapUpdate", module = "dymlm")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyMapUpdate {
-    /// Static readings in range.
+    /// Number of static readings in range.
     readings: usize,
-    /// Voxels of the cloud that were empty before.
+    /// Number of voxels of the cloud that were empty before.
     new_voxels: usize,
-    /// Cells of the octree that were hit.
+    /// Number of cells of the octree that were hit.
     hit_cells: usize,
-    /// Cells that rays passed.
+    /// Number of cells of the octree that rays passed through.
     missed_cells: usize,
     /// Planes that are new.
     planes_created: Vec<u64>,
     /// Planes that were seen again.
     planes_updated: Vec<u64>,
-    /// Planes that proved to be one: which has gone into which.
+    /// Planes that were merged: a list of (merged id, remaining id).
     planes_merged: Vec<(u64, u64)>,
-    /// Objects that are new; tentative until they are seen again.
+    /// New candidates for objects, not confirmed until they are seen again.
     objects_created: Vec<u64>,
     /// Objects that got new parameters.
     objects_updated: Vec<u64>,
-    /// Objects that are part of the map from now on.
+    /// Objects that were confirmed: they are part of the map from now on.
     objects_confirmed: Vec<u64>,
-    /// Objects that proved to be one: which has gone into which.
+    /// Objects that were merged: a list of (merged id, remaining id).
     objects_merged: Vec<(u64, u64)>,
-    /// Objects that are not there.
+    /// Objects that were removed, since they are not there.
     objects_removed: Vec<u64>,
 }
 

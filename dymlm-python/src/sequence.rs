@@ -16,15 +16,16 @@ use crate::frame::{FrameTruth, PyFrame};
 use crate::pose::PyPose;
 use crate::truth::PySequenceTruth;
 
-/// A rendered sequence with exact truth. `sequence[i]` renders a Frame, the same each time.
+/// A rendered sequence with exact truth. `sequence[i]` renders a Frame, the same one each time.
 #[pyclass(frozen, name = "Sequence", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PySequence(Arc<Sequence>);
 
 /// The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
-/// "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None for that of build_map. `frames`
-/// at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one; `carried`:
-/// a "book", "keyboard", "bottle", "cup" or "box" on the table, which a hand puts elsewhere between the seconds 1 and 7.
+/// "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None: the sequence of
+/// the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these;
+/// `people`: 0 to 2; `camera`: another camera; `carried`: "book", "keyboard", "bottle", "cup" or "box": such
+/// a thing stands on the table, and a hand moves it between seconds 1 and 7.
 #[pyfunction]
 #[pyo3(signature = (name = None, *, frames = None, every = 1, people = None, seed = None, camera = None, carried = None))]
 #[expect(clippy::too_many_arguments, reason = "named in Python")]
@@ -85,7 +86,7 @@ impl PySequence {
         (0..self.0.len()).map(|index| PyPose(self.0.world_from_camera(index))).collect()
     }
 
-    /// The truth about the world: what static surface, movers, faces and objects there are, and what of them these frames
+    /// The truth about the world: static surfaces, movers, faces and objects, and which of them these frames
     /// have seen. Renders all frames.
     fn truth(&self, py: Python<'_>) -> PyResult<PySequenceTruth> {
         py.detach(|| Truth::of(&self.0, &TruthConfig::default())).or_raise().map(PySequenceTruth)

@@ -1,4 +1,4 @@
-//! Questions to the static cloud.
+//! Queries of the static cloud.
 
 use std::sync::Arc;
 
@@ -13,18 +13,18 @@ use crate::arrays::{Array1, Array2, points, rows, rows_to_array, vector};
 use crate::error::{OrRaise, refused};
 use crate::pose::PoseArgument;
 
-/// Positions, float32, and colours of points.
+/// Positions (float32) and colours of points.
 type Colored<'py> = (Array2<'py, f32>, Array2<'py, u8>);
 
-/// The static cloud, to be asked about many places at once: n places give n answers. Lengths in metres, world.
+/// Queries of the static cloud for many places at once: n places give n results. Lengths in metres, world.
 #[pyclass(frozen, name = "StaticPoints", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyStaticPoints(pub(crate) Arc<MultiLevelMap>);
 
 #[pymethods]
 impl PyStaticPoints {
-    /// The static point nearest to each of the places (n, 3), within `radius`: positions (n, 3) float32, NaN where there is
-    /// none, and distances (n,) float64, inf there.
+    /// The static point nearest to each of the places (n, 3), within `radius`: positions (n, 3) float32 and
+    /// distances (n,) float64; NaN and inf where there is none.
     #[pyo3(signature = (places, radius = f64::INFINITY))]
     fn nearest<'py>(
         &self,
@@ -44,8 +44,8 @@ impl PyStaticPoints {
         Ok((rows_to_array(py, positions)?, PyArray1::from_vec(py, distances)))
     }
 
-    /// The points in a box from corner `low` (3,) to `high` (3,), in the frame `world_from_box` (by default the world):
-    /// positions (n, 3) float32 and colours (n, 3) uint8, black where there is none.
+    /// The points in a box from corner `low` (3,) to `high` (3,), in the frame `world_from_box` (by default
+    /// the world): positions (n, 3) float32 and colours (n, 3) uint8, black for points without colour.
     #[pyo3(signature = (low, high, world_from_box = None))]
     fn in_box<'py>(
         &self,
@@ -64,9 +64,9 @@ impl PyStaticPoints {
         Ok((rows_to_array(py, positions)?, rows_to_array(py, colors)?))
     }
 
-    /// The first static point within `max_range` along each ray that is no farther than `radius` beside it: positions
-    /// (n, 3) float32, NaN where nothing is met, and distances along the rays (n,) float64, inf there. origins (n, 3) or
-    /// (3,) for all; directions (n, 3), of any length.
+    /// The first static point along each ray, within `max_range` and at most `radius` beside the ray:
+    /// positions (n, 3) float32 and distances along the rays (n,) float64; NaN and inf where there is none.
+    /// origins (n, 3) or (3,) for all; directions (n, 3), of any length.
     #[pyo3(signature = (origins, directions, max_range = f64::INFINITY, radius = 0.015))]
     fn cast_rays<'py>(
         &self,
@@ -90,8 +90,9 @@ impl PyStaticPoints {
         Ok((rows_to_array(py, positions)?, PyArray1::from_vec(py, distances)))
     }
 
-    /// Normals (n, 3) float64 of the surface around each of the places (n, 3), by the points within `radius`, towards the
-    /// side that frames looked through; NaN where there are too few. Four voxels are a good radius.
+    /// Normals (n, 3) float64 of the surface around each of the places (n, 3), from the points within
+    /// `radius`. They point to the side that frames looked through; NaN where there are too few points. Four
+    /// voxels are a good radius.
     fn normals<'py>(
         &self,
         py: Python<'py>,
@@ -113,7 +114,7 @@ fn distance(place: [f64; 3], point: Point) -> f64 {
     place.iter().zip(point).map(|(a, b)| (a - f64::from(b)).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Rays of (n, 3) directions from as many origins, or all from one.
+/// Rays of (n, 3) directions, each from its own origin or all from one.
 pub(crate) fn rays(
     origins: &Bound<'_, PyAny>,
     directions: &Bound<'_, PyAny>,

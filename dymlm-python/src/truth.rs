@@ -1,4 +1,4 @@
-//! What maps are scored against.
+//! The truth that maps are scored against.
 
 use dymlm::core::{Plane, Point};
 use dymlm::geometry::OrientedBox;
@@ -23,15 +23,15 @@ impl PySequenceTruth {
         self.0.faces().into_iter().map(PyTrueFace).collect()
     }
 
-    /// All labelled things that stay, a list of TrueObject.
+    /// All labelled static things, a list of TrueObject.
     #[getter]
     fn objects(&self) -> Vec<PyTrueObject> {
         self.0.objects().into_iter().map(PyTrueObject).collect()
     }
 }
 
-/// Truth from measured points: a scan of the static world (n, 3), no two neighbours further apart than 2 cm, and readings
-/// of movers (m, 3): what lies within `margin` metres of these was a mover's.
+/// Truth from measured points: a scan of the static world (n, 3) whose neighbours are at most 2 cm apart, and
+/// readings of movers (m, 3): points within `margin` metres of these count as swept by movers.
 #[pyclass(frozen, name = "PointTruth", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyPointTruth(PointTruth);
@@ -52,7 +52,7 @@ impl PyPointTruth {
     }
 }
 
-/// Either truth, as callers give it.
+/// Either kind of truth, as an argument.
 #[derive(Debug, FromPyObject)]
 pub(crate) enum TruthArgument<'py> {
     Sequence(Bound<'py, PySequenceTruth>),
@@ -68,7 +68,7 @@ impl TruthArgument<'_> {
     }
 }
 
-/// Either truth.
+/// Either kind of truth.
 pub(crate) enum EitherTruth<'a> {
     Sequence(&'a Truth),
     Points(&'a PointTruth),
@@ -104,8 +104,9 @@ impl SpaceTruth for EitherTruth<'_> {
     }
 }
 
-/// A flat face of the true world that was seen as a whole: the plane normal . x + offset = 0 (the normal points to where
-/// it can be seen from), and an outline (k, 3) on it, in cells of `cell` metres.
+/// A flat face of the true world that was seen as a whole: the plane normal . x + offset = 0, whose normal
+/// points to the side from which it can be seen, and an outline (k, 3) on it, rasterized in cells of `cell`
+/// metres.
 #[pyclass(frozen, name = "TrueFace", module = "dymlm.metrics")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyTrueFace(pub(crate) TrueFace);
@@ -127,7 +128,7 @@ impl PyTrueFace {
         face.map(Self).ok_or_else(|| refused("an outline that encloses no cell"))
     }
 
-    /// Tells faces apart.
+    /// Identifies the face.
     #[getter]
     fn id(&self) -> usize {
         self.0.id
@@ -158,8 +159,8 @@ impl PyTrueFace {
     }
 }
 
-/// A labelled thing of the true world that was seen in `frames_visible` frames. The third axis of its box is the vertical;
-/// size: full lengths along the axes (3,), metres.
+/// A labelled thing of the true world that was seen in `frames_visible` frames. The third axis of its box is
+/// the vertical; size: full lengths along the axes (3,), metres.
 #[pyclass(frozen, name = "TrueObject", module = "dymlm.metrics")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyTrueObject(pub(crate) TrueObject);
@@ -179,7 +180,7 @@ impl PyTrueObject {
         Ok(Self(TrueObject::new(id, label, oriented_box, frames_visible)))
     }
 
-    /// Tells things apart.
+    /// Identifies the thing.
     #[getter]
     fn id(&self) -> usize {
         self.0.id

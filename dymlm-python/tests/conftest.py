@@ -18,7 +18,7 @@ def inserted(frames, **fields):
 
 
 def same(one, other):
-    """Whether two maps are the same to the bit, as far as arrays tell."""
+    """Whether two maps are the same to the bit in all that their arrays show."""
     clouds = [map.cloud("all") for map in (one, other)]
     leaves = [map.octree.leaves() for map in (one, other)]
     planes = [[(p.id, *p.normal, p.offset, p.area) for p in map.planes] for map in (one, other)]

@@ -1,10 +1,10 @@
-"""A thing that a hand carries to another place: tracked, and all maps follow."""
+"""A thing that a hand carries to another place is tracked, and all maps follow."""
 
 import dymlm
 import numpy as np
 import pytest
 
-# Frames a second, as rendered; the thing leaves its place after one second and is put down after seven.
+# Rendered frames a second; the thing leaves its place after one second and is put down after seven.
 RATE = 10
 BEFORE = 9
 FRAMES = 88

@@ -1,4 +1,4 @@
-"""Recordings in folders, maps that are saved again and again, and a recording beside Rust's maps."""
+"""Recordings in folders, maps that are saved repeatedly, and maps of a recording compared with Rust's."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from conftest import inserted, same
 
 
 def write_png(path, image):
-    """A PNG of 16 bits grey or 8 bits colour, by hand: no library of ours takes part."""
+    """Writes a PNG of 16 bits grey or 8 bits colour by hand, so that none of our code is used."""
     height, width = image.shape[:2]
     bits, kind = (16, 0) if image.dtype == np.uint16 else (8, 2)
     rows = image.astype(">u2" if bits == 16 else np.uint8).reshape(height, -1)
@@ -29,7 +29,7 @@ def write_png(path, image):
 
 @pytest.fixture(scope="module")
 def recording(frames, tmp_path_factory):
-    """The frames as a TUM RGB-D folder, as its format says."""
+    """Writes the frames as a folder in the TUM RGB-D format."""
     folder = tmp_path_factory.mktemp("recording")
     lists = {name: ["# timestamp ..."] for name in ("rgb.txt", "depth.txt", "groundtruth.txt")}
     for name in ("rgb", "depth"):
@@ -58,7 +58,7 @@ def recording(frames, tmp_path_factory):
 def test_folders_are_read(recording, frames):
     dataset = dymlm.Dataset(recording)
     assert dataset.camera == frames[0].camera and len(dataset) == len(frames)
-    # Poses at two a second are far apart for a recording.
+    # Two poses a second are few for a recording, so the dataset warns.
     assert all(words.startswith("no poses between") for words in dataset.warnings)
     assert np.allclose(dataset.timestamps, [frame.timestamp for frame in frames], atol=1e-6)
     for read, frame in zip(dataset, frames, strict=True):
@@ -132,7 +132,7 @@ def test_what_is_saved_again_is_what_has_changed(frames, tmp_path):
 
 
 def test_the_kitchen_is_mapped_as_by_rust(tmp_path):
-    """DYMLM_RUST_KITCHEN names the folder that build_map has written of the kitchen with people, every 4th frame."""
+    """DYMLM_RUST_KITCHEN names the folder of the map that build_map made of the kitchen with people, every 4th frame."""
     data = Path(os.environ.get("DYMLM_DATA", Path(__file__).parents[3] / "shared" / "data")) / "kitchen_people"
     if "DYMLM_RUST_KITCHEN" not in os.environ or not data.exists():
         pytest.skip("DYMLM_RUST_KITCHEN names no folder of build_map, or there is no kitchen")

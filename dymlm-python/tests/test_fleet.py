@@ -1,4 +1,4 @@
-"""The example of a fleet: recordings mapped by Ray's tasks, of which one loses its worker. Left out where ray is not."""
+"""The example of a fleet: Ray's tasks map recordings, and one task loses its worker. Skipped without ray."""
 
 import json
 import subprocess
@@ -23,7 +23,8 @@ def test_a_killed_worker_changes_no_bit(tmp_path):
     fleet, said = run("--workers", 2, "--kill-one", "--out", tmp_path / "fleet")
     assert "was killed in the middle of a recording" in said
     assert fleet["checksum"] == alone["checksum"] and fleet["points"] > 10_000
-    # One by one each further recording is mapped again, in the tree the first two and then the third.
+    # One by one, each further recording is mapped again; in the tree, the first two are merged, then the
+    # third.
     assert alone["frames_mapped_again"] == fleet["frames_mapped_again"] == 12
     assert not (tmp_path / "fleet" / "work").exists() and (tmp_path / "fleet" / "map" / "manifest.json").exists()
 

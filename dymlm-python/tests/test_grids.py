@@ -1,4 +1,4 @@
-"""2D grids for navigation, and their files as another reader takes them."""
+"""2D grids for navigation, and their files as another program reads them."""
 
 import os
 from pathlib import Path
@@ -18,7 +18,7 @@ def map(frames):
 
 @pytest.fixture(scope="module")
 def robot(frames):
-    """Where the camera is: above the floor that it sees."""
+    """The camera's position, above the floor that it sees."""
     return frames[-1].world_from_camera.translation
 
 
@@ -73,7 +73,7 @@ def test_floors_are_free_and_tables_are_not(map, robot):
     assert abs(heights[0] - robot[2] + map.floor_under(robot, UP, 3.0, 3.0).distance) < 0.1 and np.isnan(heights[1])
     assert map.plane(floor.planes[0]).area > 0.25
     assert [one.planes[0] for one in map.floor_grids(UP)] == [floor.planes[0]]
-    # What is higher than the robot is not in the way.
+    # Obstacles higher than the robot are not in its way.
     low = map.floor_grid(robot, UP, max_height=0.3)
     assert (low.grid.cells == 1).sum() < (cells == 1).sum()
     update = floor.update(map, map)
@@ -100,7 +100,7 @@ def test_map_server_reads_the_files(map, robot, tmp_path):
 
 
 def test_the_reader_reads_others_maps():
-    """The reader above is no friend of ours alone: Nav2's own maps."""
+    """The reader above also reads Nav2's own maps."""
     data = Path(os.environ.get("DYMLM_DATA", Path(__file__).parents[3] / "shared" / "data")) / "floor_plans"
     if not data.exists():
         pytest.skip("Nav2's maps are not here")

@@ -1,4 +1,4 @@
-"""Ctrl-C: it comes between two frames, and the builder can be used on."""
+"""Ctrl-C takes effect between two frames, and the builder can still be used."""
 
 import signal
 import subprocess
@@ -12,7 +12,7 @@ from conftest import inserted, same
 
 
 def test_an_interrupted_builder_goes_on(frames):
-    """The signal arrives while a frame is inserted; Python raises when the frame is whole."""
+    """The signal arrives while a frame is inserted; Python raises when the frame is finished."""
     builder, inserted_frames = dymlm.MapBuilder(frames[0].camera, dymlm.Config(history="memory")), []
     raised = []
     for number, frame in enumerate(frames):
@@ -29,7 +29,7 @@ def test_an_interrupted_builder_goes_on(frames):
 
 @pytest.fixture(autouse=True)
 def alarm_is_ctrl_c():
-    """SIGALRM comes at a time of our choice; what Python does with it is what it does with SIGINT."""
+    """SIGALRM comes at a chosen time; Python treats it as it does SIGINT."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     yield
     signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -49,7 +49,7 @@ def test_an_interrupted_correction_changes_nothing(frames):
 
 
 def test_ctrl_c_ends_a_program(tmp_path):
-    """A program that maps without end stops at SIGINT within a frame's time, saves what it has, and exits as it says."""
+    """A program that maps endlessly stops at SIGINT within a frame's time, saves its map, and exits with its own code."""
     program = textwrap.dedent("""
         import sys, dymlm
         camera = dymlm.Camera(160, 120, 131.0, 131.0, 79.5, 59.5)

@@ -121,7 +121,7 @@ def test_a_finished_builder_takes_in_no_more(frames):
 
 
 def test_other_threads_run_while_a_frame_is_inserted(frames):
-    """One that counts, a reader that sees maps come, and one that inserts."""
+    """Three threads: one counts, one waits for new maps, one inserts."""
     builder = dymlm.MapBuilder(frames[0].camera, dymlm.Config("offline", publish_interval=0.0))
     reader, seen, ticks, stop = builder.reader(), [], [], threading.Event()
 

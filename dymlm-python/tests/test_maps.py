@@ -1,4 +1,4 @@
-"""Four maps, and what they answer."""
+"""The four maps and their queries."""
 
 import os
 from pathlib import Path
@@ -25,7 +25,7 @@ def test_ten_lines_give_four_maps(map):
 
 
 def test_the_maps_are_those_of_rust(tmp_path):
-    """As the example build_map has written them: DYMLM_RUST_MAP names its folder."""
+    """The maps are those of the example build_map: DYMLM_RUST_MAP names its folder."""
     if "DYMLM_RUST_MAP" not in os.environ:
         pytest.skip("DYMLM_RUST_MAP names no folder of build_map")
     sequence = dymlm.builtin_sequence()

@@ -1,4 +1,4 @@
-"""What is refused raises an exception in Rust's words, and changes nothing."""
+"""A refused call raises an exception with Rust's text, and changes nothing."""
 
 import dymlm
 import numpy as np

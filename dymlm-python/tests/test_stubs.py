@@ -1,4 +1,4 @@
-"""The stubs say what the module has."""
+"""The stubs agree with the module."""
 
 import inspect
 import subprocess
@@ -28,7 +28,7 @@ def test_everything_is_explained():
 
 
 def test_every_class_is_given_away():
-    """What the extension has and the package does not name cannot be imported by annotations."""
+    """Annotations cannot import names that only the extension has."""
     given = set(dymlm.__all__) | set(dymlm.metrics.__all__) | {"DatasetFrames"}
     assert {name for name in dir(dymlm._dymlm) if not name.startswith("_")} <= given
 

@@ -56,26 +56,26 @@ __all__ = [
 
 # A Pose, a 4x4 matrix, or seven numbers: tx ty tz qx qy qz qw.
 _PoseLike: TypeAlias = Pose | ArrayLike
-# What a detector says of a frame: things, an empty list when it found nothing, None when it did not run.
+# The output of a detector for a frame: a list, empty when it found nothing; None when it did not run.
 _Detections: TypeAlias = Iterable[Detection] | Literal["pending"] | None
 
 class Error(ValueError):
-    """Why something was refused: a frame, a config, a folder. What was refused has changed nothing."""
+    """A call was refused, such as one with a bad frame, config or folder; the text says why. Nothing has changed."""
 
 @final
 class Pose:
     """A rigid motion, such as `world_from_camera`, which takes camera coordinates to the world.
 
-    Made of a translation (3,) in metres and a quaternion (4,) `x, y, z, w`, or of what every `world_from_camera` may be
-    given as: a 4x4 matrix, or seven numbers `tx ty tz qx qy qz qw`. `numpy.asarray(pose)` is the 4x4 matrix. Camera
-    coordinates: x to the right, y down, z forward.
+    Made of a translation (3,) in metres and a quaternion (4,) `x, y, z, w`, or of one argument that every
+    `world_from_camera` accepts too: a 4x4 matrix, or seven numbers `tx ty tz qx qy qz qw`.
+    `numpy.asarray(pose)` is the 4x4 matrix. Camera coordinates: x to the right, y down, z forward.
     """
 
     def __new__(cls, translation: ArrayLike, quaternion: ArrayLike | None = None) -> Pose: ...
 
     @staticmethod
     def identity() -> Pose:
-        """The motion that moves nothing."""
+        """The identity."""
 
     @property
     def translation(self) -> NDArray[np.float64]:
@@ -90,7 +90,7 @@ class Pose:
         """The 4x4 matrix, float64."""
 
     def inverse(self) -> Pose:
-        """The motion back."""
+        """The inverse motion."""
 
     def __matmul__(self, value: _PoseLike, /) -> Pose: ...
 
@@ -100,8 +100,8 @@ class Pose:
 
 @final
 class Camera:
-    """A pinhole camera: size in pixels, focal lengths and principal point in pixels. Depth and colour are of one size and
-    seen from one place. Lenses that distort: rectify the images first.
+    """A pinhole camera: size in pixels, focal lengths and principal point in pixels. Depth and colour have the
+    same size and are registered to each other. Images of lenses with distortion must be rectified first.
     """
 
     def __new__(cls, width: int, height: int, fx: float, fy: float, cx: float, cy: float) -> Camera: ...
@@ -134,42 +134,43 @@ class Camera:
 
 @final
 class Config:
-    """Settings of the maps: what is not given stays at its default, or at that of `preset` ("default", "offline": every
-    frame is mapped, "robot"). Fields are those of a config file:
-    `Config(history="memory", cloud={"voxel_size": 0.02})`, `Config("robot", sensor={"preset": "realsense_d4xx"})`.
+    """Settings of the maps. Fields that are not given have their defaults, or those of `preset` ("default",
+    "offline": every frame is mapped, "robot"). The fields are those of a config file:
+    `Config(history="memory", cloud={"voxel_size": 0.02})`, `Config("robot", sensor={"preset":
+    "realsense_d4xx"})`.
 
-    `history`: "memory", or {"folder": path}, keeps what key frames have shown, which corrections, merging and refining
-    of poses need. A MapBuilder says which field is outside its range.
+    `history`: "memory", or {"folder": path}, keeps the observations of key frames, which correcting, merging
+    and refining need. A MapBuilder's exception names a field that is outside its range.
     """
 
     def __new__(cls, preset: str | None = None, **fields: Any) -> Config: ...
 
     @staticmethod
     def from_toml(text_or_path: str | os.PathLike[str]) -> Config:
-        """Reads a config file, given by its path (any `os.PathLike`, or a text of one line that ends with ".toml"), or its
-        text.
+        """Reads a config, given as the path of a file (any `os.PathLike`, or a string of one line that ends with
+        ".toml") or as TOML text.
         """
 
     def to_toml(self) -> str:
-        """All fields, as a config file has them."""
+        """All fields as the text of a config file."""
 
     def to_dict(self) -> dict[str, Any]:
-        """All fields, in dictionaries."""
+        """All fields as nested dictionaries."""
 
     def __eq__(self, value: object, /) -> bool: ...
 
 @final
 class Detection:
-    """A thing that a 2D detector has found: its label (COCO's names, such as "person"), its box `x_min, y_min, x_max,
-    y_max` in pixels, its score, 0 to 1, and an instance mask (height, width) of bools, `True` where the thing is, if the
-    detector makes one.
+    """A detection of a 2D detector: a label (COCO's names, such as "person"), a box `x_min, y_min, x_max, y_max`
+    in pixels, a score, 0 to 1, and, if the detector gives one, an instance mask (height, width) of bools,
+    `True` on the thing.
     """
 
     def __new__(cls, label: str, box: ArrayLike, score: float, mask: NDArray[np.bool_] | None = None) -> Detection: ...
 
     @property
     def label(self) -> str:
-        """What it was taken for."""
+        """The detected class."""
 
     @property
     def box(self) -> list[float]:
@@ -181,14 +182,14 @@ class Detection:
 
     @property
     def mask(self) -> NDArray[np.bool_] | None:
-        """Where it is in the image, (height, width) bool; None without."""
+        """The instance mask, (height, width) bool, True on the thing; None if the detector gave none."""
 
     def __eq__(self, value: object, /) -> bool: ...
 
 @final
 class Frame:
-    """A frame with what a detector says of it and where it was taken from: what MapBuilder.insert_frame takes, and what
-    datasets and simulated sequences give. `depth`, `color`, `world_from_camera`, `detections` and `depth_scale` as in
+    """A frame with its detections and the camera's pose, which datasets and simulated sequences give and
+    MapBuilder.insert_frame takes. `depth`, `color`, `world_from_camera`, `detections` and `depth_scale` as in
     MapBuilder.insert.
     """
 
@@ -208,125 +209,137 @@ class Frame:
 
     @property
     def color(self) -> NDArray[np.uint8] | None:
-        """Colours, (height, width, 3) uint8: red, green, blue; None without. A copy."""
+        """Colours, (height, width, 3) uint8: red, green, blue; None if the frame has none. A copy."""
 
     @property
     def detections(self) -> list[Detection] | str | None:
-        """What was detected: a list of Detection, None when the detector did not run, "pending" when it runs still."""
+        """The detections: a list of Detection, None when the detector did not run, "pending" while it still
+        runs.
+        """
 
     @property
     def world_from_camera(self) -> Pose:
-        """Where it was taken from: the exact pose, of a simulated frame."""
+        """The camera's pose; for a simulated frame, the exact one."""
 
     @property
     def estimated_world_from_camera(self) -> Pose | None:
-        """The pose as a SLAM estimates it, of a simulated frame; else None."""
+        """For a simulated frame, the pose as a SLAM would estimate it; else None."""
 
     @property
     def mover_mask(self) -> NDArray[np.bool_] | None:
-        """Where movers are, exactly, (height, width) bool, of a simulated frame; else None."""
+        """For a simulated frame, the exact mask of movers, (height, width) bool; else None."""
 
 @final
 class MapBuilder:
-    """Builds four maps of the static world (cloud, octree, planes, objects) from frames, 2D detections and poses, while
-    people walk through it. Frames come in the order of their time.
+    """Builds four maps of the static world (cloud, octree, planes, objects) from frames, 2D detections and
+    poses, while people walk through it. Frames come in the order of their time.
 
-    While it works, other threads of Python run. It may be shared by threads: their calls come one after the other.
-    What is refused raises an exception, and changes nothing.
+    While a call runs, other threads of Python run. Threads may share a builder: their calls run one after the
+    other. A refused call raises an exception and changes nothing.
     """
 
     def __new__(cls, camera: Camera, config: Config | None = None) -> MapBuilder: ...
 
     @staticmethod
     def resume(map: Map, camera: Camera) -> MapBuilder:
-        """Goes on with a map of an earlier session: its ids go on, and so does its clock. Poses are in its world."""
+        """Continues a map of an earlier session: its ids and its clock go on. Poses are in its world."""
 
     def insert(self, timestamp: float, depth: NDArray[np.uint16] | NDArray[np.float32], color: NDArray[np.uint8] | None = None, *, world_from_camera: _PoseLike, detections: _Detections = None, depth_scale: float = 1000.0) -> FrameReport:
         """Takes in one frame.
 
-        timestamp: seconds. depth: (height, width), uint16 with `depth_scale` units a metre (1000: millimetres, 5000: TUM),
-        or float32 metres; 0 and NaN are no readings. color: (height, width, 3) uint8, red, green, blue, seen from the same
-        place. world_from_camera: a Pose, a 4x4 matrix, or `tx ty tz qx qy qz qw`. detections: a list of Detection, empty
-        when the detector found nothing; None when it did not run; "pending" when it runs still, then `detections_for`
-        brings them.
+        timestamp: seconds. depth: (height, width), uint16 with `depth_scale` units a metre (1000:
+        millimetres, 5000: TUM), or float32 metres; 0 and NaN are no readings. color: (height, width, 3)
+        uint8, red, green, blue, registered to the depth image. world_from_camera: a Pose, a 4x4 matrix, or
+        `tx ty tz qx qy qz qw`. detections: a list of Detection, empty when the detector found nothing; None
+        when it did not run; "pending" while it still runs, then pass them to `detections_for` later.
 
-        Arrays may be views with any strides. Each value is read once, into images that the builder keeps.
+        Arrays may be views with any strides. Each value is read once, into images that the builder reuses.
         """
 
     def insert_frame(self, frame: Frame) -> FrameReport:
         """Takes in a Frame of a dataset or a simulation, with its own pose and detections."""
 
     def insert_scan(self, timestamp: float, points: ArrayLike, world_from_sensor: _PoseLike) -> FrameReport:
-        """Takes in a scan of a lidar: points (n, 3) in the sensor's frame, metres. It goes into cloud and octree."""
+        """Takes in a scan of a lidar: points (n, 3) in the sensor's frame, metres. It goes into cloud and
+        octree.
+        """
 
     def detections_for(self, frame: int, detections: Iterable[Detection]) -> FrameReport:
-        """Brings the detections of a frame that was inserted with "pending". With a history also those of a key frame that
-        was mapped without.
+        """Passes on the detections of a frame that was inserted with "pending". With a history, also the
+        detections of a key frame that was mapped without any.
         """
 
     def process_waiting(self) -> list[FrameReport]:
-        """Processes all frames that wait, those without detections as frames on which the detector did not run."""
+        """Processes all waiting frames; those still without detections count as frames on which the detector did
+        not run.
+        """
 
     def settle(self) -> None:
-        """Takes out of octree, planes and objects at once what the newest frames have found to be no part of the static
-        world; it happens by itself once a second.
+        """Removes at once from octree, planes and objects what the newest frames have found not to belong to the
+        static world; otherwise this happens once a second.
         """
 
     def track_object(self, object: int, frame: Frame) -> ObjectTracker:
-        """Chooses an object of the map to be followed while somebody carries it, from a Frame on in which it stands where the
-        map has it: an ObjectTracker.
+        """Chooses an object of the map to be followed while somebody carries it. In the given Frame, the object
+        must still stand where the map has it. Returns an ObjectTracker.
         """
 
     def follow_object(self, tracker: ObjectTracker) -> ObjectMove | None:
-        """Tells the maps what a tracker has found in its last frame; before that frame is inserted. While the object moves its
-        pixels are kept out of the maps. Once it has come to rest, it stands at its new place in all of them, and its old
-        place is empty: an ObjectMove, else None.
+        """Tells the maps what a tracker has found in its last frame; call this before that frame is inserted.
+        While the object moves, its pixels are kept out of the maps. Once it has come to rest, all maps have
+        it at its new place, its old place is empty, and an ObjectMove is returned; else None.
         """
 
     def map(self) -> Map:
-        """The maps as they stand: a Map that stays as it is while the builder goes on. It shares what does not change."""
+        """The maps in their current state: a Map that does not change while the builder goes on. It shares
+        unchanged memory with the builder.
+        """
 
     def reader(self) -> MapReader:
         """A reader of the maps for other threads, which never waits for the builder."""
 
     def finish(self) -> Map:
-        """Processes the frames that wait, settles, and gives the maps away: the builder takes in no more."""
+        """Processes the waiting frames, settles, and returns the maps; the builder then accepts no more frames."""
 
     def correct_poses(self, poses: dict[int, _PoseLike] | dict[float, _PoseLike]) -> CorrectionReport:
-        """Moves frames to where a loop closure has found them, and all four maps follow: they are those that the same
-        observations at the new poses would have made, to the bit. Needs a history. poses: new poses by frame id (int) or
-        timestamp (float, as it was inserted), all in one way; frames that are not named move with their neighbours. Ctrl-C cancels it, and
-        nothing has changed.
+        """Gives frames new poses, as after a loop closure, and all four maps follow: they are, to the bit, the
+        maps that the same observations at the new poses would have made. Needs a history. poses: new poses by
+        frame id (int) or by timestamp (float, as inserted), not both in one call; other frames move with
+        their neighbours. Ctrl-C cancels the call, and nothing has changed.
         """
 
     def remove(self, frame: int | float) -> CorrectionReport:
-        """Takes a frame or a scan out of all maps, as if it had never been inserted. Needs a history. frame: its id, or its
-        timestamp.
+        """Removes a frame or a scan from all maps, as if it had never been inserted. Needs a history. frame: its
+        id, or its timestamp.
         """
 
     def transform(self, new_from_old: _PoseLike) -> CorrectionReport:
-        """Moves the whole world: each frame's pose is `new_from_old` times what it was. Needs a history."""
+        """Moves the whole world: each frame's new pose is `new_from_old` times its old one. Needs a history."""
 
     def refine_poses(self, closures: Iterable[LoopClosure] | None = None, **fields: Any) -> RefineReport:
-        """Finds better poses by the planes that the key frames have seen, and all maps follow. Needs a history. closures:
-        a list of LoopClosure; wrong ones are named in the report. Further fields are those of Rust's `RefineConfig`, such
-        as `rounds=3` or `translation_per_second=0.05`.
+        """Refines the poses by the planes that the key frames have seen, and all maps follow. Needs a history.
+        closures: a list of LoopClosure; the report names those that were rejected. Further keywords are the
+        fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
         """
 
     def trajectory(self) -> list[tuple[int, float, Pose]]:
-        """The frames that were inserted: a list of (id, timestamp, Pose) as they are mapped now. Empty without a history."""
+        """The frames that were inserted: a list of (id, timestamp, Pose), with the poses at which they are
+        mapped now. Empty without a history.
+        """
 
     def begin_session(self) -> list[FrameReport]:
-        """Begins a further session in the same world: its clock may begin anew, and movers are tracked anew."""
+        """Begins another session in the same world: its clock may restart, and movers are tracked anew."""
 
     def forget_outside(self, center: ArrayLike, radius: float) -> None:
-        """Forgets what lies farther than `radius` metres from a place (3,), world, in all maps."""
+        """Removes from all maps everything farther than `radius` metres from a point (3,) in the world."""
 
     def memory(self) -> dict[str, int]:
-        """Bytes that each map takes, what is kept of key frames ("history"), and of earlier states ("snapshots")."""
+        """Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots")."""
 
     def static_mask(self) -> NDArray[np.bool_]:
-        """Which pixels of the last frame were static, (height, width) bool; of each `sensor.stride`-th pixel."""
+        """The static pixels of the last frame, (height, width) bool, for every `sensor.stride`-th pixel of every
+        such row.
+        """
 
     @property
     def config(self) -> Config:
@@ -338,8 +351,8 @@ class MapBuilder:
 
 @final
 class MapReader:
-    """Reads the maps of a builder on any thread: maps as they were published last, every half second of the frames' clock
-    and whenever they are changed on request. Neither waits for the other.
+    """Reads the maps of a builder on any thread. The builder publishes its maps every half second of the frames'
+    clock and whenever they are changed on request. Builder and reader never wait for each other.
     """
 
     def latest(self) -> Map:
@@ -350,20 +363,20 @@ class MapReader:
 
 @final
 class MapSaver:
-    """Saves maps into one folder again and again: of the state only what has changed since the last time. Its first save
-    replaces what the folder holds. As long as it lives nobody else writes the folder.
+    """Saves maps repeatedly into one folder; each time, only the changed parts of the state are written. Its
+    first save replaces the contents of the folder. As long as it exists, nobody else can write the folder.
     """
 
     def __new__(cls, folder: str | os.PathLike[str]) -> MapSaver: ...
 
     @staticmethod
     def load(folder: str | os.PathLike[str]) -> tuple[MapSaver, Map]:
-        """Loads the map of a folder, and goes on saving there: a MapSaver, whose first save writes what has changed since, and
-        the Map.
+        """Loads the map of a folder to continue saving there. Returns a MapSaver, whose first save writes only
+        the changes since, and the Map.
         """
 
     def save(self, map: Map) -> None:
-        """Saves a map. A crash leaves the one that was saved before or this one, never half of it."""
+        """Saves a map. After a crash the folder holds either the map saved before or this one, never half of it."""
 
     @property
     def folder(self) -> Path:
@@ -371,14 +384,16 @@ class MapSaver:
 
 @final
 class ObjectTracker:
-    """Follows an object of the map while somebody carries it, in six degrees of freedom. Made by `MapBuilder.track_object`."""
+    """Follows an object of the map while somebody carries it, in six degrees of freedom. Made by
+    `MapBuilder.track_object`.
+    """
 
     @property
     def object(self) -> int:
         """The object's id in the map."""
 
     def track(self, frame: Frame) -> ObjectUpdate:
-        """Finds the object in the next Frame, which needs colours. An ObjectUpdate."""
+        """Finds the object in the next Frame, which needs colours. Returns an ObjectUpdate."""
 
 @final
 class ObjectUpdate:
@@ -390,7 +405,7 @@ class ObjectUpdate:
 
     @property
     def world_from_object(self) -> Pose:
-        """Its pose; where `inliers` is 0, the last one or a guess."""
+        """Its pose; when `inliers` is 0, the last known pose or a prediction."""
 
     @property
     def inliers(self) -> int:
@@ -398,7 +413,7 @@ class ObjectUpdate:
 
     @property
     def confidence(self) -> float:
-        """0 to 1."""
+        """Confidence in the pose, 0 to 1."""
 
     @property
     def came_to_rest(self) -> bool:
@@ -406,7 +421,7 @@ class ObjectUpdate:
 
 @final
 class ObjectMove:
-    """An object was put down at another place, and all maps followed."""
+    """The move of an object that was put down at another place; all maps followed."""
 
     @property
     def object(self) -> int:
@@ -414,23 +429,23 @@ class ObjectMove:
 
     @property
     def old_world_from_object(self) -> Pose:
-        """Its box where it stood."""
+        """The frame of its box at the old place."""
 
     @property
     def world_from_object(self) -> Pose:
-        """Its box where it stands now."""
+        """The frame of its box at the new place."""
 
     @property
     def cloud_voxels(self) -> int:
-        """Number of voxels of the cloud that went with it."""
+        """Number of voxels of the cloud that moved with it."""
 
     @property
     def emptied_cells(self) -> int:
-        """Number of cells of the octree that are free now."""
+        """Number of cells of the octree that became free."""
 
     @property
     def occupied_cells(self) -> int:
-        """Number of cells of the octree that it has come to."""
+        """Number of cells of the octree that became occupied."""
 
     @property
     def planes(self) -> list[int]:
@@ -438,11 +453,11 @@ class ObjectMove:
 
 @final
 class FrameReport:
-    """What one frame has done: who moved in it, what was masked, what came into the maps."""
+    """The result of one frame: its movers, its masked pixels, and what it added to the maps."""
 
     @property
     def id(self) -> int:
-        """The frame's id, by which it is named from now on."""
+        """The frame's id."""
 
     @property
     def timestamp(self) -> float:
@@ -450,33 +465,33 @@ class FrameReport:
 
     @property
     def outcome(self) -> str:
-        """What became of it: "waiting" (for detections), "tracked" (no key frame), "mapped" (a key frame), "scanned" (a
-        scan), or "mended" (mapped again when its detections came).
+        """What became of it: "waiting" (for detections), "tracked" (no key frame), "mapped" (a key frame),
+        "scanned" (a scan), or "mended" (mapped again when its detections came).
         """
 
     @property
     def movers(self) -> list[Mover]:
-        """Who and what may move in it: a list of Mover, by ascending track id."""
+        """The movers in it, a list of Mover by ascending track id."""
 
     @property
     def masked_pixels(self) -> int:
-        """Pixels that were masked as moving."""
+        """Number of pixels that were masked as moving."""
 
     @property
     def stages(self) -> dict[str, float]:
-        """Seconds that each step took, by name, and "total"."""
+        """Seconds that each step took, by name, and "total" for the whole insertion."""
 
     @property
     def released(self) -> list[FrameReport]:
-        """Reports of the other frames that the call has processed: they had waited for detections."""
+        """Reports of other frames that had waited for detections and were processed in this call."""
 
     @property
     def update(self) -> MapUpdate | None:
-        """What came into the maps, a MapUpdate; None when it was not "mapped"."""
+        """What was added to the maps, a MapUpdate; None when the frame was not "mapped"."""
 
     @property
     def correction(self) -> CorrectionReport | None:
-        """What the mending has done, a CorrectionReport; None when it was not "mended"."""
+        """How the maps changed, a CorrectionReport; None when the frame was not "mended"."""
 
 @final
 class Mover:
@@ -484,15 +499,15 @@ class Mover:
 
     @property
     def track_id(self) -> int:
-        """Its track: the same from frame to frame."""
+        """Id of its track, the same from frame to frame."""
 
     @property
     def label(self) -> str | None:
-        """What it is; None for what no detector reports."""
+        """Its label; None for an unlabelled mover, which no detector reports."""
 
     @property
     def score(self) -> float:
-        """The detector's confidence, 0 to 1; 1 without a label."""
+        """The detector's confidence, 0 to 1; 1 for an unlabelled mover."""
 
     @property
     def box(self) -> list[float]:
@@ -500,31 +515,31 @@ class Mover:
 
     @property
     def detected_box(self) -> list[float]:
-        """The box as it was detected, or predicted."""
+        """The detected or predicted box."""
 
     @property
     def depth(self) -> float | None:
-        """Median depth, metres; None when nothing of it was read."""
+        """Median depth, metres; None without readings."""
 
 @final
 class MapUpdate:
-    """What a key frame has brought into the maps. Planes and objects by their ids."""
+    """What a key frame has added to the maps. Planes and objects are given by their ids."""
 
     @property
     def readings(self) -> int:
-        """Static readings in range."""
+        """Number of static readings in range."""
 
     @property
     def new_voxels(self) -> int:
-        """Voxels of the cloud that were empty before."""
+        """Number of voxels of the cloud that were empty before."""
 
     @property
     def hit_cells(self) -> int:
-        """Cells of the octree that were hit."""
+        """Number of cells of the octree that were hit."""
 
     @property
     def missed_cells(self) -> int:
-        """Cells that rays passed."""
+        """Number of cells of the octree that rays passed through."""
 
     @property
     def planes_created(self) -> list[int]:
@@ -536,7 +551,7 @@ class MapUpdate:
 
     @property
     def objects_created(self) -> list[int]:
-        """Objects that are new; tentative until they are seen again."""
+        """New candidates for objects, not confirmed until they are seen again."""
 
     @property
     def objects_updated(self) -> list[int]:
@@ -544,19 +559,19 @@ class MapUpdate:
 
     @property
     def objects_confirmed(self) -> list[int]:
-        """Objects that are part of the map from now on."""
+        """Objects that were confirmed: they are part of the map from now on."""
 
     @property
     def objects_removed(self) -> list[int]:
-        """Objects that are not there."""
+        """Objects that were removed, since they are not there."""
 
     @property
     def planes_merged(self) -> list[tuple[int, int]]:
-        """Planes that proved to be one: which has gone into which."""
+        """Planes that were merged: a list of (merged id, remaining id)."""
 
     @property
     def objects_merged(self) -> list[tuple[int, int]]:
-        """Objects that proved to be one: which has gone into which."""
+        """Objects that were merged: a list of (merged id, remaining id)."""
 
 @final
 class CorrectionReport:
@@ -572,45 +587,45 @@ class CorrectionReport:
 
     @property
     def largest_motion(self) -> float:
-        """The farthest that a reading can have moved, metres."""
+        """Upper bound of how far a reading has moved, metres."""
 
     @property
     def planes(self) -> ThingChanges:
-        """What has become of the planes, ThingChanges."""
+        """How the planes changed, a ThingChanges."""
 
     @property
     def objects(self) -> ThingChanges:
-        """What has become of the objects, ThingChanges."""
+        """How the objects changed, a ThingChanges."""
 
 @final
 class ThingChanges:
-    """What has become of planes or objects, by their ids."""
+    """How planes or objects changed, by their ids."""
 
     @property
     def moved(self) -> dict[int, float]:
-        """Those that stand elsewhere now: id to metres."""
+        """Ids that have moved, each with the distance in metres."""
 
     @property
     def merged(self) -> dict[int, int]:
-        """Those that are one with another now: id to that other; the id leads there."""
+        """Ids that were merged away, each with the id that it was merged into and now leads to."""
 
     @property
     def split(self) -> list[tuple[int, int]]:
-        """Those of which a part has become another, and that other."""
+        """Ids that were split, each with the id of the part split off."""
 
     @property
     def vanished(self) -> list[int]:
-        """Those that are there no more."""
+        """Ids that do not exist any more."""
 
     @property
     def appeared(self) -> list[int]:
-        """Those that were not there before."""
+        """Ids that are new."""
 
 @final
 class LoopClosure:
-    """What a place recognition has found: how the frame `to_frame` was seen from `from_frame`. It may be wrong.
-    `from_from_to` takes points of the one's camera to that of the other; standard deviations about and along each axis
-    in radians and metres.
+    """A result of place recognition: the pose of frame `to_frame` relative to `from_frame`. It may be wrong.
+    `from_from_to` takes points from the camera of `to_frame` to that of `from_frame`; the standard deviations
+    are about and along each axis, in radians and metres.
     """
 
     def __new__(cls, from_frame: int, to_frame: int, from_from_to: _PoseLike, rotation_deviation: float, translation_deviation: float) -> LoopClosure: ...
@@ -625,40 +640,44 @@ class RefineReport:
 
     @property
     def views(self) -> int:
-        """Views of planes."""
+        """Number of views of planes by key frames."""
 
     @property
     def views_left_out(self) -> int:
-        """Of these, those that were left out: they are of another plane than the map has them."""
+        """Number of these views that were rejected: they show another plane than the map assigned."""
 
     @property
     def met_again(self) -> int:
-        """Pairs of planes of the map that turned out to be one, which was met again, in the last round."""
+        """Pairs of planes of the map that turned out to be the same plane, seen again on a revisit, in the last
+        round.
+        """
 
     @property
     def costs(self) -> list[list[float]]:
-        """Half the sum of squared errors, in standard deviations, of each round: before and after."""
+        """Cost of each round, before and after: half the sum of squared errors in standard deviations."""
 
     @property
     def left_out(self) -> list[int]:
-        """Loop closures that were left out as wrong, by their places in the list."""
+        """Indices of the loop closures that were rejected as wrong."""
 
     @property
     def correction(self) -> CorrectionReport:
-        """What has become of the maps, a CorrectionReport of the last round."""
+        """How the maps changed, the CorrectionReport of the last round."""
 
 @final
 class Map:
-    """Four maps of the static world in one world frame, as they stood when they were asked for. Lengths in metres."""
+    """Four maps of the static world in one world frame, in the state in which they were requested. Lengths in
+    metres.
+    """
 
     def cloud(self, selection: str = "static") -> Cloud:
-        """The coloured points of the static world, a voxel each: selection "static" (people, their traces and noise left out)
-        or "all" that was read.
+        """The coloured points of the cloud, one per voxel: selection "static" (without people, ghosts and noise)
+        or "all" (every point that was read).
         """
 
     @property
     def static_points(self) -> StaticPoints:
-        """The static cloud, to be asked about places."""
+        """The static cloud, for queries."""
 
     @property
     def octree(self) -> Octree:
@@ -666,40 +685,46 @@ class Map:
 
     @property
     def planes(self) -> list[Plane]:
-        """The planes of the map, a list of Plane in the order in which they came into it."""
+        """The planes of the map, a list of Plane in the order in which they were added."""
 
     def plane(self, id: int) -> Plane:
-        """The plane of an id; of an id that was merged away, what it became. KeyError when it is not there."""
+        """The plane with an id; for an id that was merged away, the plane that it became. KeyError when there is
+        none.
+        """
 
     @property
     def objects(self) -> list[MapObject]:
-        """The objects of the map, a list of MapObject in the order in which they came into it."""
+        """The objects of the map, a list of MapObject in the order in which they were added."""
 
     def object(self, id: int) -> MapObject:
-        """The object of an id; of an id that was merged away, what it became. KeyError when it is not there."""
+        """The object with an id; for an id that was merged away, the object that it became. KeyError when there
+        is none.
+        """
 
     def objects_on(self, plane: int) -> list[MapObject]:
         """The objects that stand on a plane, the oldest first."""
 
     def surfaces(self, up: ArrayLike) -> list[tuple[Plane, str, float]]:
-        """What the planes are, given a vector (3,) that points up: a list of (Plane, kind, height in metres), kind "floor",
-        "table", "wall", "ceiling" or "slanted".
+        """Classifies the planes, given a vector (3,) that points up: a list of (Plane, kind, height in metres),
+        where kind is "floor", "table", "wall", "ceiling" or "slanted".
         """
 
     def floor_under(self, point: ArrayLike, up: ArrayLike, max_distance: float, reach: float = 0.0) -> FloorUnder | None:
-        """The first level surface under a point (3,), at most `max_distance` metres against `up` (3,); one that was read
-        within `reach` metres of there is extended. A FloorUnder, or None.
+        """The first level surface under a point (3,), at most `max_distance` metres below it, opposite to `up`
+        (3,). A surface with readings within `reach` metres of the point's vertical counts as extended to
+        there. A FloorUnder, or None.
         """
 
     def floor_grid(self, at: ArrayLike, up: ArrayLike, region: ArrayLike | None = None, **fields: Any) -> FloorGrid:
-        """The 2D grid of the floor under a position (3,), seen along `up` (3,): the plane under it and all planes that it goes
-        on to, level or sloping, by low steps. region: x and y of the lower and of the upper corner (4,) of what it shows, in
-        the grid's axes. Further fields are those of Rust's `FloorGridConfig`, such as `max_height=1.2` or `max_step=0.1`.
+        """The 2D grid of the floor under a position (3,), seen along `up` (3,): the plane under the position and
+        all level or sloping planes that low steps connect to it. region: x and y of the lower and of the
+        upper corner (4,) of the grid, in its own axes. Further keywords are the fields of Rust's
+        `FloorGridConfig`, such as `max_height=1.2` or `max_step=0.1`.
         """
 
     def floor_grids(self, up: ArrayLike, region: ArrayLike | None = None, **fields: Any) -> list[FloorGrid]:
-        """The 2D grids of all floors, the lowest first: storeys, and what is parted by steps that are too high. As
-        `floor_grid`.
+        """The 2D grids of all floors, the lowest first: storeys, and areas separated by steps that are too high.
+        Arguments as for `floor_grid`.
         """
 
     @property
@@ -707,53 +732,54 @@ class Map:
         """A unit vector (3,) that points up in the world, once it is known, else None."""
 
     def counts(self) -> dict[str, int]:
-        """How many there are of what: "cloud_points", "cloud_voxels", "octree_nodes", "octree_leaves",
+        """Sizes of the maps: "cloud_points", "cloud_voxels", "octree_nodes", "octree_leaves",
         "octree_occupied_leaves", "planes", "objects".
         """
 
     def memory(self) -> dict[str, int]:
-        """Bytes that each map takes, and what is kept of key frames ("history")."""
+        """Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots")."""
 
     @property
     def config(self) -> Config:
-        """The settings that it was made with."""
+        """The settings that the map was made with."""
 
     @property
     def revision(self) -> int:
-        """Which state of the maps it is: it grows whenever they change."""
+        """The number of this state of the maps, which grows whenever they change."""
 
     def save(self, folder: str | os.PathLike[str]) -> None:
-        """Saves the map in a folder: `cloud.ply`, `octree.bt`, `octree.ot`, `planes.json`, `planes.ply`, `objects.json`, and
-        the whole state, which `load` reads. A crash leaves the older map or the new one.
+        """Saves the map in a folder: `cloud.ply`, `octree.bt`, `octree.ot`, `planes.json`, `planes.ply`,
+        `objects.json`, and the whole state, which `load` reads. After a crash the folder holds either the old
+        map or the new one.
         """
 
     def merge(self, other: Map, world_from_other: _PoseLike | None = None) -> MergeReport:
-        """Takes in the sessions of another map, whose world `world_from_other` brings to this one's: the maps are those that
-        one builder would have made of all key frames, to the bit, in the order of the times at which they were recorded.
-        Needs a history in both. What was asked of this map before (its octree, planes, clouds) stays as it was.
+        """Adds the sessions of another map; `world_from_other` takes that map's world to this one's. The result
+        is, to the bit, the map that one builder would have made of all key frames in the order in which they
+        were recorded. Both maps need a history. Results taken from this map before (octree, planes, clouds)
+        do not change.
         """
 
     def changes_since(self, earlier: Map) -> MapChanges:
-        """What differs from an earlier state of the map, such as a MapReader gave before: blocks of the cloud, cubes of the
-        octree, planes and objects. Who replaces these in a copy has this state.
+        """The differences from an earlier state of the map, such as one from a MapReader: blocks of the cloud,
+        cubes of the octree, planes and objects. A copy of the earlier state in which these are replaced
+        equals this state.
         """
 
     def world_changes_since(self, earlier: Map) -> WorldChanges:
-        """What has moved, appeared and vanished in the world since an earlier map of it: the evidence decides, so that only
-        what was seen both times is compared.
+        """What has moved, appeared and vanished in the world since an earlier map of it. The evidence decides,
+        so that only places seen both times are compared.
         """
 
     @property
     def sessions(self) -> list[tuple[int, int, float, float]]:
-        """The sessions that the map was built in: a list of (first frame, number of frames, first time, last time). Empty
-        without a history.
+        """The sessions that the map was built in: a list of (first frame, number of frames, first time, last
+        time). Empty without a history.
         """
 
 @final
 class Cloud:
-    """Points with colours, in a fixed order. The arrays are the map's own: they are moved here, not copied, and each
-    `Map.cloud` makes new ones.
-    """
+    """Points with colours, in a fixed order. Each call of `Map.cloud` makes new arrays."""
 
     @property
     def positions(self) -> NDArray[np.float32]:
@@ -767,33 +793,34 @@ class Cloud:
 
 @final
 class StaticPoints:
-    """The static cloud, to be asked about many places at once: n places give n answers. Lengths in metres, world."""
+    """Queries of the static cloud for many places at once: n places give n results. Lengths in metres, world."""
 
     def nearest(self, places: ArrayLike, radius: float = ...) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """The static point nearest to each of the places (n, 3), within `radius`: positions (n, 3) float32, NaN where there is
-        none, and distances (n,) float64, inf there.
+        """The static point nearest to each of the places (n, 3), within `radius`: positions (n, 3) float32 and
+        distances (n,) float64; NaN and inf where there is none.
         """
 
     def in_box(self, low: ArrayLike, high: ArrayLike, world_from_box: _PoseLike | None = None) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """The points in a box from corner `low` (3,) to `high` (3,), in the frame `world_from_box` (by default the world):
-        positions (n, 3) float32 and colours (n, 3) uint8, black where there is none.
+        """The points in a box from corner `low` (3,) to `high` (3,), in the frame `world_from_box` (by default
+        the world): positions (n, 3) float32 and colours (n, 3) uint8, black for points without colour.
         """
 
     def cast_rays(self, origins: ArrayLike, directions: ArrayLike, max_range: float = ..., radius: float = 0.015) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """The first static point within `max_range` along each ray that is no farther than `radius` beside it: positions
-        (n, 3) float32, NaN where nothing is met, and distances along the rays (n,) float64, inf there. origins (n, 3) or
-        (3,) for all; directions (n, 3), of any length.
+        """The first static point along each ray, within `max_range` and at most `radius` beside the ray:
+        positions (n, 3) float32 and distances along the rays (n,) float64; NaN and inf where there is none.
+        origins (n, 3) or (3,) for all; directions (n, 3), of any length.
         """
 
     def normals(self, places: ArrayLike, radius: float) -> NDArray[np.float64]:
-        """Normals (n, 3) float64 of the surface around each of the places (n, 3), by the points within `radius`, towards the
-        side that frames looked through; NaN where there are too few. Four voxels are a good radius.
+        """Normals (n, 3) float64 of the surface around each of the places (n, 3), from the points within
+        `radius`. They point to the side that frames looked through; NaN where there are too few points. Four
+        voxels are a good radius.
         """
 
 @final
 class Octree:
-    """The occupancy octree, with OctoMap's model. States in arrays of int8: 1 occupied, 0 free, -1 unknown (never observed).
-    Lengths in metres, world.
+    """The occupancy octree, with OctoMap's model. States in arrays of int8: 1 occupied, 0 free, -1 unknown
+    (never observed). Lengths in metres, world.
     """
 
     @property
@@ -802,42 +829,44 @@ class Octree:
 
     @property
     def extent(self) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Lower and upper corner (3,) of the box around all leaves; None of an empty map."""
+        """Lower and upper corner (3,) of the box around all leaves; None for an empty map."""
 
     def states(self, points: ArrayLike) -> NDArray[np.int8]:
-        """What is known of the cells at points (n, 3): (n,) int8."""
+        """States of the cells at points (n, 3): (n,) int8."""
 
     def log_odds(self, points: ArrayLike) -> NDArray[np.float32]:
-        """Log-odds of being occupied of the cells at points (n, 3): (n,) float32, NaN where nothing is known."""
+        """Log-odds of occupancy of the cells at points (n, 3): (n,) float32, NaN for unknown cells."""
 
     def occupied(self, low: ArrayLike | None = None, high: ArrayLike | None = None) -> NDArray[np.float64]:
-        """The occupied leaves, all or those that share a cell with a box: (n, 4) float64, centre x, y, z and side."""
+        """The occupied leaves, all or those that overlap a box: (n, 4) float64, centre x, y, z and side."""
 
     def leaves(self, low: ArrayLike | None = None, high: ArrayLike | None = None) -> tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.int8]]:
-        """All leaves, or those that share a cell with a box, in OctoMap's order: places (n, 4) float64, centre and side;
+        """All leaves, or those that overlap a box, in OctoMap's order: cubes (n, 4) float64, centre and side;
         log-odds (n,) float32; states (n,) int8.
         """
 
     def cast_rays(self, origins: ArrayLike, directions: ArrayLike, max_range: float = ..., unknown: str = "stop") -> tuple[NDArray[np.float64], NDArray[np.float64], list[str | None]]:
-        """Follows rays through free cells to the first occupied one. origins (n, 3) or (3,) for all, directions (n, 3) of any
-        length; unknown: "stop" (a ray ends at a cell never observed) or "pass". Distances (n,) float64 from the origin to
-        where the ray enters the cell that it ends at, centres of these cells (n, 3) float64, and why it ended, a list of
-        "occupied", "unknown", "max_range" or "border"; NaN and None for an origin outside the map.
+        """Follows rays through free cells to the first occupied one. origins (n, 3) or (3,) for all, directions
+        (n, 3) of any length; unknown: "stop" (a ray ends at a cell never observed) or "pass". Returns the
+        distances (n,) float64 from the origin to where the ray enters the cell in which it ends, the centres
+        of these cells (n, 3) float64, and the reasons why rays ended, a list of "occupied", "unknown",
+        "max_range" or "border"; NaN and None for an origin outside the map.
         """
 
     def nearest_obstacles(self, points: ArrayLike, max_distance: float = ...) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The occupied leaf nearest to each of the points (n, 3), within `max_distance`: distances (n,) float64 to its face,
-        inf where there is none, and places (n, 4), centre and side, NaN there.
+        """The occupied leaf nearest to each of the points (n, 3), within `max_distance`: distances (n,) float64
+        to its surface and cubes (n, 4), centre and side; inf and NaN where there is none.
         """
 
     def project(self, up: ArrayLike, min_height: float, max_height: float, region: ArrayLike | None = None) -> OccupancyGrid:
-        """A 2D grid seen from above: what lies between two heights along `up` (3,) from the world's origin. region: x and y of
-        the lower and of the upper corner (4,) of what it shows, in its own axes; None: all that was observed.
+        """A 2D grid seen from above: the cells between two heights along `up` (3,) from the world's origin.
+        region: x and y of the lower and of the upper corner (4,) of the grid, in its own axes; None:
+        everything observed.
         """
 
     def distance_field(self, low: ArrayLike, high: ArrayLike, max_distance: float, unknown: str = "pass") -> DistanceField:
-        """Distances to the nearest obstacle, up to `max_distance`, and their gradients at all places of a box; unknown cells
-        "pass" (are free) or "stop" (are obstacles).
+        """Distances to the nearest obstacle, up to `max_distance`, and their gradients everywhere in a box;
+        unknown: "pass" (unknown cells are free) or "stop" (they are obstacles).
         """
 
 @final
@@ -858,16 +887,16 @@ class OccupancyGrid:
 
     @property
     def world_from_grid(self) -> Pose:
-        """Where the grid's axes are in the world."""
+        """Pose of the grid's axes in the world."""
 
     def inflated(self, radius: float) -> OccupancyGrid:
-        """The same grid with an occupied margin: cells whose centre is no farther than `radius` metres from that of an
-        occupied one.
+        """The same grid inflated: cells whose centre is within `radius` metres of an occupied cell's centre are
+        occupied too.
         """
 
     def update(self, earlier: Octree, octree: Octree) -> GridUpdate:
-        """Brings the grid up to date in place, from the octree that it was made of (`earlier`) to a newer one: to the cell
-        what projecting it anew gives, at the cost of what has changed. A GridUpdate.
+        """Updates the grid in place from the octree that it was made of (`earlier`) to a newer one. Every cell
+        is as in a new projection, and the cost depends only on the changes. Returns a GridUpdate.
         """
 
     def save(self, folder: str | os.PathLike[str], name: str) -> None:
@@ -875,7 +904,7 @@ class OccupancyGrid:
 
 @final
 class GridUpdate:
-    """What bringing a grid up to date has done."""
+    """What updating a grid has changed."""
 
     @property
     def projected(self) -> int:
@@ -883,38 +912,40 @@ class GridUpdate:
 
     @property
     def changed(self) -> int:
-        """Number of cells that are other than before."""
+        """Number of cells that changed."""
 
     @property
     def bounds(self) -> tuple[int, int, int, int] | None:
-        """First and last column, first and last row of a rectangle around these; None when none is."""
+        """First and last column, first and last row of a rectangle around the changed cells; None when there are
+        none.
+        """
 
     @property
     def has_grown(self) -> bool:
-        """Whether the grid has grown, so that indices are other ones than before."""
+        """Whether the grid has grown, so that the indices of its cells have changed."""
 
 @final
 class FloorGrid:
-    """The 2D map of one floor for a robot that drives on it: what is in the way between two heights above the floor, on ramps
-    and landings too.
+    """The 2D map of one floor for a robot that drives on it: the obstacles between two heights above the floor,
+    on ramps and landings too.
     """
 
     @property
     def grid(self) -> OccupancyGrid:
-        """The grid as it stands, a copy: an OccupancyGrid."""
+        """A copy of the current grid, an OccupancyGrid."""
 
     @property
     def planes(self) -> list[int]:
-        """Ids of the planes that make the floor, the one with which it began first."""
+        """Ids of the planes that form the floor; the plane from which the search started comes first."""
 
     def floor_heights(self, places: ArrayLike) -> NDArray[np.float64]:
-        """Height of the floor at places (n, 2) in the grid's axes: (n,) float64, metres along up from the world's origin, NaN
-        outside of the grid.
+        """Height of the floor at points (n, 2) in the grid's axes: (n,) float64, metres along up from the
+        world's origin, NaN outside the grid.
         """
 
     def update(self, earlier: Map, map: Map) -> GridUpdate:
-        """Brings the grid up to date in place, from the state of the maps that it was made of (`earlier`) to a newer one: to
-        the cell what making it anew over the same region gives. A GridUpdate.
+        """Updates the grid in place from the maps that it was made of (`earlier`) to newer ones; every cell is
+        as in a new grid over the same region. Returns a GridUpdate.
         """
 
 @final
@@ -922,21 +953,23 @@ class DistanceField:
     """Distances to the nearest obstacle in a box of the world, with their gradients."""
 
     def at(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """At points (n, 3): distances (n,) float64, metres, at most `max_distance`, and their derivatives (n, 3) along x, y
-        and z, away from the obstacle; NaN outside the box.
+        """At points (n, 3): distances (n,) float64, metres, at most `max_distance`, and their derivatives (n, 3)
+        along x, y and z, away from the obstacle; NaN outside the box.
         """
 
     @property
     def max_distance(self) -> float:
-        """The greatest distance that is told, metres."""
+        """The greatest distance that is reported, metres."""
 
 @final
 class Plane:
-    """A finite plane of a map. World frame, metres: normal . x + offset = 0, and the normal points to the cameras that saw it."""
+    """A finite plane of a map. World frame, metres: normal . x + offset = 0, and the normal points towards the
+    cameras that saw it.
+    """
 
     @property
     def id(self) -> int:
-        """Its id: it never changes and never comes again."""
+        """Its id, which never changes and is never used again."""
 
     @property
     def normal(self) -> NDArray[np.float64]:
@@ -952,7 +985,7 @@ class Plane:
 
     @property
     def area(self) -> float:
-        """Area of what was seen of it, square metres."""
+        """Area that was seen, square metres."""
 
     @property
     def mse(self) -> float:
@@ -976,12 +1009,12 @@ class Plane:
 
     @property
     def inliers(self) -> NDArray[np.float32]:
-        """Its inliers (n, 3) float32, one a voxel, metres."""
+        """Its inliers (n, 3) float32, one per voxel, metres."""
 
 @final
 class Boundary:
-    """A connected piece of a plane. World frame, metres; rings are closed without repeating their first corner. Seen from the
-    side that the normal points to, outlines run counterclockwise and holes clockwise.
+    """A connected piece of a plane. World frame, metres; rings are closed without repeating their first corner.
+    Seen against the normal, outlines run counterclockwise and holes clockwise.
     """
 
     @property
@@ -994,7 +1027,7 @@ class Boundary:
 
     @property
     def area(self) -> float:
-        """Area of the outline less that of its holes, square metres."""
+        """Area of the outline minus its holes, square metres."""
 
 @final
 class MapObject:
@@ -1002,11 +1035,11 @@ class MapObject:
 
     @property
     def id(self) -> int:
-        """Its id: it never changes and never comes again."""
+        """Its id, which never changes and is never used again."""
 
     @property
     def label(self) -> str:
-        """What it was mostly taken for."""
+        """The label with the most evidence."""
 
     @property
     def score(self) -> float:
@@ -1014,7 +1047,7 @@ class MapObject:
 
     @property
     def evidence(self) -> dict[str, float]:
-        """All that it was taken for: label to the sum of the detections' scores."""
+        """The evidence for each label: label to the sum of its detections' scores."""
 
     @property
     def center(self) -> NDArray[np.float64]:
@@ -1026,8 +1059,8 @@ class MapObject:
 
     @property
     def world_from_object(self) -> Pose:
-        """The frame of its box: the origin is the centre, the axes run along the sides; the third is the normal of what it
-        stands on.
+        """The frame of its box: the origin is the centre, the axes are along the sides; the third axis is the
+        normal of its support.
         """
 
     @property
@@ -1036,15 +1069,15 @@ class MapObject:
 
     @property
     def corners(self) -> NDArray[np.float64]:
-        """The corners of its box (8, 3); corner k lies on the positive side of axis i where bit i of k is set."""
+        """The corners of its box (8, 3); corner k is on the positive side of axis i if bit i of k is set."""
 
     @property
     def shape(self) -> str:
-        """What stands for it: "cuboid", or "ellipsoid" in the box."""
+        """Its shape: "cuboid", or "ellipsoid" inscribed in the box."""
 
     @property
     def observations(self) -> int:
-        """Number of detections that are of it."""
+        """Number of its detections."""
 
     @property
     def first_seen(self) -> float:
@@ -1056,15 +1089,15 @@ class MapObject:
 
     @property
     def support(self) -> int | None:
-        """Id of the plane that it stands on; None when that is no plane of the map, or not known."""
+        """Id of the plane that it stands on; None when its support is not a plane of the map, or unknown."""
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """Its surface points (n, 3) float64, one a voxel."""
+        """Its surface points (n, 3) float64, one per voxel."""
 
 @final
 class FloorUnder:
-    """What something at a point stands on, or would fall onto."""
+    """The surface that something at a point stands on or would fall onto."""
 
     @property
     def plane(self) -> int:
@@ -1072,15 +1105,17 @@ class FloorUnder:
 
     @property
     def point(self) -> NDArray[np.float64]:
-        """Where it is straight under the point, (3,), metres, world."""
+        """The point of the plane vertically below, (3,), metres, world."""
 
     @property
     def distance(self) -> float:
-        """Distance to there, metres."""
+        """Distance to that point, metres."""
 
     @property
     def extended_by(self) -> float:
-        """How far from there the plane was read, metres: 0 where it was read there itself."""
+        """Distance from that point to the nearest reading of the plane, metres; 0 where the plane was read
+        there.
+        """
 
 @final
 class MapChanges:
@@ -1088,11 +1123,11 @@ class MapChanges:
 
     @property
     def from_revision(self) -> int:
-        """From which revision."""
+        """Revision of the earlier state."""
 
     @property
     def to_revision(self) -> int:
-        """To which."""
+        """Revision of the later state."""
 
     @property
     def cloud(self) -> list[CloudBlock]:
@@ -1112,11 +1147,11 @@ class MapChanges:
 
 @final
 class CloudBlock:
-    """The static points of a cube of 8^3 voxels, all of them."""
+    """All static points of a cube of 8^3 voxels."""
 
     @property
     def place(self) -> list[int]:
-        """Which cube: its lowest corner is this times 8 voxels."""
+        """The cube's integer coordinates: its lowest corner is at these times 8 voxels."""
 
     @property
     def positions(self) -> NDArray[np.float32]:
@@ -1124,7 +1159,7 @@ class CloudBlock:
 
     @property
     def colors(self) -> NDArray[np.uint8]:
-        """Colours of the first of these, as many as have one: (m, 3) uint8."""
+        """Colours of the first m of these points, (m, 3) uint8; the others have none."""
 
 @final
 class ChangedThings:
@@ -1132,35 +1167,35 @@ class ChangedThings:
 
     @property
     def confirmed(self) -> list[int]:
-        """Those that are confirmed now and were not."""
+        """Ids that are confirmed now and were not before."""
 
     @property
     def changed(self) -> list[int]:
-        """Those of which more was seen, or that stand elsewhere."""
+        """Ids of things that were seen again or have moved."""
 
     @property
     def merged(self) -> dict[int, int]:
-        """Those that are one with another now: id to that other."""
+        """Ids that were merged away, each with the id that it was merged into."""
 
     @property
     def removed(self) -> list[int]:
-        """Those that are there no more, or not confirmed any more."""
+        """Ids that do not exist or are not confirmed any more."""
 
 @final
 class WorldChanges:
-    """What has become of the world between two maps of it."""
+    """What has changed in the world between two maps of it."""
 
     @property
     def moved(self) -> list[tuple[FoundObject, FoundObject]]:
-        """Objects that stand elsewhere: a list of (where it stood, where it stands), FoundObject both."""
+        """Objects that have moved: a list of (FoundObject at the old place, FoundObject at the new place)."""
 
     @property
     def appeared(self) -> list[FoundObject]:
-        """Objects in what was empty space, a list of FoundObject."""
+        """Objects in space that was empty before, a list of FoundObject."""
 
     @property
     def vanished(self) -> list[FoundObject]:
-        """Objects where there is empty space now, a list of FoundObject."""
+        """Objects whose space is empty now, a list of FoundObject."""
 
 @final
 class FoundObject:
@@ -1184,11 +1219,11 @@ class FoundObject:
 
     @property
     def first_seen(self) -> float:
-        """When it was seen first, seconds on the map's clock."""
+        """When it was first seen, seconds on the map's clock."""
 
     @property
     def last_seen(self) -> float:
-        """When it was seen last."""
+        """When it was last seen, seconds on the map's clock."""
 
 @final
 class MergeReport:
@@ -1196,8 +1231,8 @@ class MergeReport:
 
     @property
     def sessions(self) -> list[tuple[int, int, int | None, int | None]]:
-        """The sessions of both, in the order in which they are mapped: a list of (first frame, number of frames, first frame
-        in this map before or None, first frame in the other or None).
+        """The sessions of both, in the order in which they are mapped: a list of (first frame, number of frames,
+        first frame in this map before or None, first frame in the other or None).
         """
 
     @property
@@ -1206,19 +1241,21 @@ class MergeReport:
 
     @property
     def mapped_again(self) -> int:
-        """Those of them that were mapped again."""
+        """Number of these key frames that were mapped again."""
 
     @property
     def own(self) -> NewIds:
-        """What the things of the map that was merged into are called now, NewIds."""
+        """New ids of the things of the map that was merged into, NewIds."""
 
     @property
     def other(self) -> NewIds:
-        """What the other's are, NewIds."""
+        """New ids of the things of the other map, NewIds."""
 
 @final
 class NewIds:
-    """What the planes and objects of a map are called after it was merged: things of both with one id are one."""
+    """The ids of a map's planes and objects after merging. Things of the two maps that have the same new id are
+    the same thing.
+    """
 
     @property
     def planes(self) -> dict[int, int]:
@@ -1230,9 +1267,10 @@ class NewIds:
 
 @final
 class Dataset:
-    """A TUM RGB-D folder: images, `camera.json`, poses (`groundtruth.txt`, or the file `trajectory`) and detections
-    (`detections.jsonl`, or the file or YOLO folder `detections`). `every`: take every n-th frame. `dataset[i]` loads a
-    Frame; a loop over the dataset loads one after the other, and warns of those that cannot be loaded and leaves them out.
+    """A TUM RGB-D folder: images, `camera.json`, poses (`groundtruth.txt`, or the file `trajectory`) and
+    detections (`detections.jsonl`, or the file or YOLO folder `detections`). `every`: only every n-th frame.
+    `dataset[i]` loads a Frame; a loop over the dataset loads all frames, and skips with a warning those that
+    cannot be loaded.
     """
 
     def __new__(cls, folder: str | os.PathLike[str], *, trajectory: str | os.PathLike[str] | None = None, detections: str | os.PathLike[str] | None = None, every: int = 1) -> Dataset: ...
@@ -1247,7 +1285,7 @@ class Dataset:
 
     @property
     def warnings(self) -> list[str]:
-        """What is wrong with its lists and detections: a text each."""
+        """Problems with its lists and detections, a list of texts."""
 
     def __len__(self) -> int: ...
 
@@ -1257,7 +1295,7 @@ class Dataset:
 
 @final
 class Sequence:
-    """A rendered sequence with exact truth. `sequence[i]` renders a Frame, the same each time."""
+    """A rendered sequence with exact truth. `sequence[i]` renders a Frame, the same one each time."""
 
     @property
     def camera(self) -> Camera:
@@ -1268,7 +1306,7 @@ class Sequence:
         """The exact poses of all frames, a list of Pose."""
 
     def truth(self) -> metrics.SequenceTruth:
-        """The truth about the world: what static surface, movers, faces and objects there are, and what of them these frames
+        """The truth about the world: static surfaces, movers, faces and objects, and which of them these frames
         have seen. Renders all frames.
         """
 
@@ -1278,10 +1316,11 @@ class Sequence:
 
 def builtin_sequence(name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None) -> Sequence:
     """The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
-    "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None for that of build_map. `frames`
-    at 10 a second, by default 150; `every`: every n-th of the same walk; `people` 0 to 2; `camera`: another one; `carried`:
-    a "book", "keyboard", "bottle", "cup" or "box" on the table, which a hand puts elsewhere between the seconds 1 and 7.
+    "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None: the sequence of
+    the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these;
+    `people`: 0 to 2; `camera`: another camera; `carried`: "book", "keyboard", "bottle", "cup" or "box": such
+    a thing stands on the table, and a hand moves it between seconds 1 and 7.
     """
 
 def load(folder: str | os.PathLike[str]) -> Map:
-    """The map that was saved in a folder, to the bit."""
+    """Loads the map that was saved in a folder, to the bit."""

@@ -34,27 +34,28 @@ class SequenceTruth:
 
     @property
     def objects(self) -> list[TrueObject]:
-        """All labelled things that stay, a list of TrueObject."""
+        """All labelled static things, a list of TrueObject."""
 
 @final
 class PointTruth:
-    """Truth from measured points: a scan of the static world (n, 3), no two neighbours further apart than 2 cm, and readings
-    of movers (m, 3): what lies within `margin` metres of these was a mover's.
+    """Truth from measured points: a scan of the static world (n, 3) whose neighbours are at most 2 cm apart, and
+    readings of movers (m, 3): points within `margin` metres of these count as swept by movers.
     """
 
     def __new__(cls, surface: ArrayLike, movers: ArrayLike | None = None, margin: float = 0.1) -> PointTruth: ...
 
 @final
 class TrueFace:
-    """A flat face of the true world that was seen as a whole: the plane normal . x + offset = 0 (the normal points to where
-    it can be seen from), and an outline (k, 3) on it, in cells of `cell` metres.
+    """A flat face of the true world that was seen as a whole: the plane normal . x + offset = 0, whose normal
+    points to the side from which it can be seen, and an outline (k, 3) on it, rasterized in cells of `cell`
+    metres.
     """
 
     def __new__(cls, id: int, normal: ArrayLike, offset: float, outline: ArrayLike, cell: float = 0.02) -> TrueFace: ...
 
     @property
     def id(self) -> int:
-        """Tells faces apart."""
+        """Identifies the face."""
 
     @property
     def normal(self) -> NDArray[np.float64]:
@@ -74,15 +75,15 @@ class TrueFace:
 
 @final
 class TrueObject:
-    """A labelled thing of the true world that was seen in `frames_visible` frames. The third axis of its box is the vertical;
-    size: full lengths along the axes (3,), metres.
+    """A labelled thing of the true world that was seen in `frames_visible` frames. The third axis of its box is
+    the vertical; size: full lengths along the axes (3,), metres.
     """
 
     def __new__(cls, id: int, label: str, world_from_object: _PoseLike, size: ArrayLike, frames_visible: int = 8) -> TrueObject: ...
 
     @property
     def id(self) -> int:
-        """Tells things apart."""
+        """Identifies the thing."""
 
     @property
     def label(self) -> str:
@@ -118,7 +119,7 @@ class CloudScore:
 
     @property
     def completeness_near_people(self) -> float | None:
-        """The same of the visible points near people; None when there are none."""
+        """Completeness of the visible points near people; None when there are none."""
 
     @property
     def median_distance(self) -> float:
@@ -130,12 +131,12 @@ class CloudScore:
 
     @property
     def visible_points(self) -> int:
-        """Number of visible surface points asked for."""
+        """Number of visible surface points that the cloud should have."""
 
 @final
 class ReferenceCloud:
-    """All frames of a recording without movers, as they are: what a map of the same place with movers is compared with when
-    there is no exact truth. voxel_size in metres, 0.002 to 1.
+    """All readings of a recording without movers: a reference for maps of the same place with movers when there
+    is no exact truth. voxel_size in metres, 0.002 to 1.
     """
 
     def __new__(cls, voxel_size: float = 0.02) -> ReferenceCloud: ...
@@ -144,24 +145,24 @@ class ReferenceCloud:
         """Adds every reading of a Frame within `min_depth` to `max_depth` metres, at its pose."""
 
     def score(self, positions: ArrayLike) -> tuple[float, float]:
-        """Scores points (n, 3) of a map: (residue, completeness). Residue: share of the map's voxels further than 6 cm from
-        every voxel of the reference. Completeness: share of the reference's voxels that three frames hit with a map voxel
-        within 5 cm.
+        """Scores points (n, 3) of a map: (residue, completeness). Residue: share of the map's voxels further
+        than 6 cm from every voxel of the reference. Completeness: share of those voxels of the reference, hit
+        by at least three frames, that have a map voxel within 5 cm.
         """
 
     def __len__(self) -> int: ...
 
 @final
 class DynamicMapScorer:
-    """Which of all readings a cleaned map keeps (DynamicMap benchmark, Zhang 2023), of readings within `min_depth` to
-    `max_depth` metres.
+    """Scores which readings a cleaned map keeps (DynamicMap benchmark, Zhang 2023), among readings within
+    `min_depth` to `max_depth` metres.
     """
 
     def __new__(cls, min_depth: float = 0.5, max_depth: float = 4.0) -> DynamicMapScorer: ...
 
     def add_frame(self, frame: Frame, movers: NDArray[np.bool_] | None = None) -> None:
-        """Adds the readings of a Frame at its pose; movers: (height, width) bool, True where a pixel shows a mover, by default
-        the frame's `mover_mask`.
+        """Adds the readings of a Frame at its pose; movers: (height, width) bool, True where a pixel shows a
+        mover, by default the frame's `mover_mask`.
         """
 
     def score(self, positions: ArrayLike) -> DynamicMapScore:
@@ -169,7 +170,7 @@ class DynamicMapScorer:
 
 @final
 class DynamicMapScore:
-    """Which of all readings a cleaned map keeps."""
+    """The score of a cleaned map: which readings it keeps."""
 
     @property
     def static_accuracy(self) -> float | None:
@@ -197,19 +198,19 @@ class DynamicMapScore:
 
 @final
 class PlaneScore:
-    """How planes compare with the true faces. Faces of at least 0.08 m2 in view are asked for."""
+    """How planes compare with the true faces. Faces with at least 0.08 m2 in view must be found."""
 
     @property
     def recall(self) -> float | None:
-        """Share of the faces asked for that were found; None when none is asked for."""
+        """Share of the faces to be found that were found; None when there are none."""
 
     @property
     def precision(self) -> float | None:
-        """Share of the planes that stand for a face; None without planes."""
+        """Share of the planes that match a face; None without planes."""
 
     @property
     def area_recall(self) -> float | None:
-        """Share of the visible area of the faces asked for that planes cover."""
+        """Share of the visible area of the faces to be found that planes cover."""
 
     @property
     def area_precision(self) -> float | None:
@@ -229,17 +230,17 @@ class PlaneScore:
 
     @property
     def matches(self) -> list[tuple[int, int]]:
-        """Which plane stands for which face: a list of (index of the plane, id of the face)."""
+        """The matches: a list of (index of the plane, id of the face)."""
 
 @final
 class ObjectScore:
-    """How objects compare with the true ones, as boxes; pairs have an intersection over union of 0.25 or more. Objects that at
-    least 8 frames saw are asked for.
+    """How objects compare with the true ones as boxes; matches have an intersection over union of 0.25 or more.
+    Objects that at least 8 frames saw must be found.
     """
 
     @property
     def recall(self) -> float | None:
-        """Share of the objects asked for that have a match; None when none is asked for."""
+        """Share of the objects to be found that have a match; None when there are none."""
 
     @property
     def precision(self) -> float | None:
@@ -263,21 +264,23 @@ class ObjectScore:
 
     @property
     def matches(self) -> list[tuple[int, int]]:
-        """Which object stands for which: a list of (index of the map's object, id of the true one)."""
+        """The matches: a list of (index of the map's object, id of the true one)."""
 
 def score_cloud(positions: ArrayLike, truth: SequenceTruth | PointTruth) -> CloudScore | None:
-    """Scores points (n, 3) in the world, such as `map.cloud().positions`, against the truth: a SequenceTruth or PointTruth.
-    None when no point is finite.
+    """Scores points (n, 3) in the world, such as `map.cloud().positions`, against the truth: a SequenceTruth or
+    PointTruth. None when no point is finite.
     """
 
 def score_walls(positions: ArrayLike, faces: Iterable[TrueFace], truth: SequenceTruth | PointTruth) -> tuple[float, float] | None:
-    """How thick the walls, floors and table tops of a cloud are, metres: (median, 95 % quantile) over tiles of 50 cm; a wall
-    that was mapped twice is as thick as its copies are apart. faces: a list of TrueFace. None when no tile has points.
+    """How thick the walls, floors and table tops of a cloud are, metres: (median, 95 % quantile) over tiles of
+    50 cm; the thickness of a wall that was mapped twice is the distance between its copies. faces: a list of
+    TrueFace. None when no tile has points.
     """
 
 def trajectory_error(estimated: Iterable[_PoseLike], truth: Iterable[_PoseLike]) -> tuple[float, float] | None:
-    """The absolute trajectory error (Sturm 2012) of poses `world_from_camera`, frame by frame, after the rigid motion that
-    fits best: root mean squares of translation (metres) and rotation (radians). None without poses.
+    """The absolute trajectory error (Sturm 2012) of poses `world_from_camera`, frame by frame, after the rigid
+    motion that fits best: root mean squares of translation (metres) and rotation (radians). None without
+    poses.
     """
 
 def score_planes(planes: Iterable[Plane], faces: Iterable[TrueFace]) -> PlaneScore:
