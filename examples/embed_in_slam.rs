@@ -1,5 +1,4 @@
-//! How a SLAM system feeds `dymlm`: frames, detections and poses in, maps out; after a loop closure they
-//! follow.
+//! How a SLAM system uses `dymlm`: frames, detections and poses in, maps out; the maps follow a loop closure.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -10,7 +9,7 @@ use dymlm::{HistoryConfig, MapBuilder, MapConfig, Selection};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?;
     let mut config = MapConfig::default();
-    // Only for a SLAM that closes loops: what key frames have shown is kept, to be mapped again.
+    // Only for a SLAM that closes loops: the observations of key frames are kept, to be mapped again.
     config.history = HistoryConfig::Memory;
     let mut builder = MapBuilder::new(config)?;
     let mut mapped: Vec<(FrameId, Pose)> = Vec::new();
@@ -30,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{:.2} s: {} movers, {:.1?}", report.timestamp, report.movers.len(), report.stages.total());
     }
 
-    // Your back end has closed a loop: any of the frames, each at its new pose; the others move with them.
+    // Your back end has closed a loop: give new poses for any of the frames; the others move with them.
     let optimized: Vec<(FrameId, Pose)> =
         mapped.iter().map(|&(id, pose)| (id, moved_back(id, pose))).collect();
     let report = builder.correct_poses(&optimized)?;
@@ -43,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What a back end may find: drift that had grown with each frame.
+/// A correction as a back end may find it: drift that had grown with each frame.
 fn moved_back(frame: FrameId, drifted: Pose) -> Pose {
     Pose::new([-0.001 * frame.get() as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
         .map_or(drifted, |back| back * drifted)

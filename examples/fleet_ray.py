@@ -1,16 +1,17 @@
-"""Maps recordings in parallel with Ray, and joins the maps by a tree of merges: the bits of one process in sequence.
+"""Maps recordings in parallel with Ray and merges them in a tree: the same bits as one process in sequence.
 
     pip install ray ./dymlm-python
     python examples/fleet_ray.py robot_1/monday robot_2/monday --workers 2 --out fleet
     python examples/fleet_ray.py --sim 4 --workers 2 --out fleet --kill-one
     python examples/fleet_ray.py --sim 4 --in-sequence --out alone
 
-A recording is a TUM RGB-D folder; all are in one world. `--sim N` takes N recordings of the simulator instead, in one
-office along different ways. Each is mapped by a task, which saves its map as a folder; each two maps are joined by a
-task of their own, then each two of those, up to the one in OUT/map. A merge maps again, in the order of their times,
-what one builder would have mapped of both, so that neither who joins what nor a task that was lost and tried again
-changes a bit. The folders must be on a file system that all machines share; `ray.init(address=...)` joins a cluster
-(`--address`). The last line is a report in JSON, with a checksum of the files of the map.
+A recording is a TUM RGB-D folder; all recordings are in one world. `--sim N` takes N recordings of the
+simulator instead, in one office with different camera paths. One task maps each recording and saves its map
+as a folder; further tasks merge the maps in pairs, then the results in pairs, up to one map in OUT/map. A
+merge maps key frames again in the order of their times, so that the result is what one builder would have
+made of both maps, and neither the order of merges nor a lost and repeated task changes a bit. The folders
+must be on a file system that all machines share; `ray.init(address=...)` joins a cluster (`--address`). The
+last line is a report in JSON, with a checksum of the files of the map.
 """
 
 import argparse
@@ -26,18 +27,18 @@ from pathlib import Path
 
 import dymlm
 
-# Of the simulator: ways of the camera through one office.
+# Sequences of the simulator: people and camera paths in one office.
 WAYS = [f"{people}_{way}" for people in ("walking", "sitting") for way in ("xyz", "halfsphere", "rpy", "static")]
-# A recording begins so long after the one before, seconds: maps join fastest in the order of their times.
+# Time from the start of one recording to the next, seconds: maps merge fastest in the order of their times.
 BETWEEN_STARTS = 1000.0
-# Standard files of a map folder; the others hold the same state for going on.
+# Standard files of a map folder; its other files hold the state for continuing the map.
 FILES = ["cloud.ply", "octree.bt", "octree.ot", "planes.json", "planes.ply", "objects.json"]
-# Of a task whose worker died.
+# Retries of a task whose worker died.
 RETRIES = 5
 
 
 class Simulated:
-    """A recording of the simulator, at a time of its own."""
+    """A recording of the simulator with its own start time."""
 
     def __init__(self, number, frames):
         self.camera = dymlm.Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
@@ -63,12 +64,12 @@ class Simulated:
 
 
 def opened(source):
-    """The frames of a recording: a folder, or the number and the length of a simulated one."""
+    """The frames of a recording, given as a folder, or as the number and length of a simulated one."""
     return Simulated(*source) if isinstance(source, tuple) else dymlm.Dataset(source)
 
 
 def map_recording(source, folder, watch=lambda share: None):
-    """Maps a recording and saves the map; `watch` is told the share that is done. What it took."""
+    """Maps a recording and saves the map; `watch` is called with the share that is done. Returns the cost."""
     start = clocks()
     frames = opened(source)
     builder = dymlm.MapBuilder(frames.camera, dymlm.Config(history="memory"))
@@ -80,7 +81,7 @@ def map_recording(source, folder, watch=lambda share: None):
 
 
 def join(first, second, folder):
-    """Joins two saved maps and saves the map of both. What it took."""
+    """Merges two saved maps and saves the result. Returns the cost."""
     start = clocks()
     map = dymlm.load(first)
     report = map.merge(dymlm.load(second))
@@ -93,7 +94,7 @@ def clocks():
 
 
 def spent(start):
-    """Since then: seconds, seconds of processor time (which a busy machine does not stretch), and the peak so far."""
+    """The cost since `start`: seconds, processor seconds (stable on a busy machine), and the peak memory so far."""
     seconds, busy = (now - then for now, then in zip(clocks(), start, strict=True))
     return {"seconds": seconds, "busy": busy, "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
 
@@ -106,7 +107,7 @@ def checksum(folder):
 
 
 def tree(count):
-    """Which maps join to which, level by level: lists of (first, second or None), neighbours in time."""
+    """The pairs of maps to merge, level by level: lists of (first, second or None), neighbours in time."""
     levels = []
     while count > 1:
         levels.append([(place, place + 1 if place + 1 < count else None) for place in range(0, count, 2)])
@@ -115,7 +116,7 @@ def tree(count):
 
 
 def in_sequence(sources, work):
-    """All in this process, one after the other."""
+    """Maps and merges everything in this process, one after the other."""
     folders = [str(work / f"recording_{number}") for number in range(len(sources))]
     mapped = [map_recording(*pair) for pair in zip(sources, folders, strict=True)]
     start, joins = time.perf_counter(), []
@@ -128,20 +129,20 @@ def in_sequence(sources, work):
 
 
 class Victim:
-    """Where a task that shall be killed tells its process, once. Its second try finds the file and goes on."""
+    """A file in which the task to be killed writes its process id, once; its second try finds it and goes on."""
 
     def __init__(self, work):
         self.file = work / "victim"
 
     def wait_for_death(self):
-        """In the task: in the middle of its recording it tells who it is, and is not there any more."""
+        """In the task: in the middle of its recording, it writes its process id and waits to be killed."""
         if not self.file.exists():
             write_whole(self.file, str(os.getpid()))
             time.sleep(120.0)
             raise RuntimeError("nobody has killed this worker")
 
     def kill(self):
-        """In the driver."""
+        """In the driver: waits for the process id and kills that process."""
         while not self.file.exists():
             time.sleep(0.01)
         worker = int(self.file.read_text())
@@ -156,10 +157,10 @@ def write_whole(file, text):
 
 
 def by_ray(sources, work, workers, address, kill_one):
-    """Tasks of Ray: each recording, then each join as soon as both its maps are there."""
+    """Ray's tasks: each recording, then each merge as soon as both its maps are ready."""
     import ray
 
-    # Folders are what tasks hand on: the object store holds their names alone.
+    # Tasks pass maps on as folders: the object store holds only their names.
     local = dict(num_cpus=workers, include_dashboard=False, object_store_memory=100 * 1024 * 1024)
     ray.init(address=address, log_to_driver=False, **({} if address else local))
     try:
@@ -176,7 +177,7 @@ def by_ray(sources, work, workers, address, kill_one):
         def join_task(first, second, folder):
             return folder, join(first[0], second[0], folder)
 
-        # Workers are there before the clock starts.
+        # The workers are started before the clock.
         ray.get([ray.remote(num_cpus=1)(lambda: time.sleep(0.2)).remote() for _ in range(workers)])
         start = time.perf_counter()
         victims = [Victim(work) if kill_one and number == 0 else None for number in range(len(sources))]
@@ -186,7 +187,7 @@ def by_ray(sources, work, workers, address, kill_one):
         ]
         maps, joins = tasks, []
         for height, level in enumerate(tree(len(sources))):
-            # One that is left over goes up as it is.
+            # A map without a partner goes up to the next level as it is.
             maps = [
                 join_task.remote(maps[one], maps[other], str(work / f"joined_{height}_{one}"))
                 if other is not None
@@ -208,11 +209,11 @@ def by_ray(sources, work, workers, address, kill_one):
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("recordings", nargs="*", type=Path, help="TUM RGB-D folders, in the order of their times")
-    parser.add_argument("--sim", type=int, metavar="N", help="so many recordings of the simulator instead")
-    parser.add_argument("--frames", type=int, default=30, help="frames of a recording of the simulator")
+    parser.add_argument("--sim", type=int, metavar="N", help="this many recordings of the simulator instead")
+    parser.add_argument("--frames", type=int, default=30, help="number of frames in each recording of the simulator")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--address", help="of a Ray cluster that runs already")
-    parser.add_argument("--out", type=Path, required=True, help="a folder; the map is in OUT/map")
+    parser.add_argument("--address", help="address of a running Ray cluster")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the results; the map is in OUT/map")
     parser.add_argument("--kill-one", action="store_true", help="kill -9 a worker in the middle of a recording")
     parser.add_argument("--in-sequence", action="store_true", help="one process, without Ray")
     given = parser.parse_args()

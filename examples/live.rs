@@ -1,8 +1,8 @@
 //! A camera, a mapper and a planner, each on its own thread, with a loop closure in the middle.
 //!
-//! The camera's odometry drifts. The planner asks the maps while they are built; neither waits for the other.
-//! When the SLAM closes a loop, the mapper lets the maps follow, and the planner goes on with the old ones
-//! until then.
+//! The camera's odometry drifts. The planner queries the maps while they are built; neither waits for the
+//! other. When the SLAM closes a loop, the mapper corrects the maps, and the planner uses the old ones until
+//! they are corrected.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -16,13 +16,13 @@ use dymlm::{HistoryConfig, MapBuilder, MapConfig, MapReader, MultiLevelMap, Revi
 use dymlm_examples::AnyError;
 use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig, SimulatedFrame};
 
-/// Frames of the walk, at 10 Hz, and the second at which the loop closes.
+/// Number of frames of the walk, at 10 Hz, and the second at which the loop closes.
 const FRAMES: usize = 160;
 const LOOP_CLOSES_AT: f64 = 10.0;
 
-/// What the SLAM says.
+/// A message from the SLAM.
 enum Event {
-    /// A frame with detections and the pose as odometry has it now.
+    /// A frame with detections and its current pose from odometry.
     Frame(Box<SimulatedFrame>),
     /// The poses of all frames so far, optimized.
     LoopClosure(Vec<Pose>),
@@ -31,7 +31,7 @@ enum Event {
 fn main() -> Result<(), AnyError> {
     let sequence = drifting_walk()?;
     let mut config = MapConfig::default();
-    // What key frames have shown is kept, so that they can be mapped again where they were.
+    // The observations of key frames are kept, so that they can be mapped again at corrected poses.
     config.history = HistoryConfig::Memory;
     let mut builder = MapBuilder::new(config)?;
     let reader = builder.reader();
@@ -41,7 +41,7 @@ fn main() -> Result<(), AnyError> {
     thread::scope(|scope| -> Result<(), AnyError> {
         scope.spawn(|| camera(&sequence, &send));
         let planner = scope.spawn(|| planner(&reader, &is_over));
-        // The mapper is this thread. It ends when the camera does.
+        // The mapper runs on this thread. It ends when the camera does.
         let mapped = mapper(&mut builder, &receive);
         is_over.store(true, Ordering::Relaxed);
         let asked = planner.join().map_err(|_| "the planner panicked")?;
@@ -81,7 +81,7 @@ fn camera(sequence: &Sequence, send: &SyncSender<Event>) {
     }
 }
 
-/// Maps what comes.
+/// Maps the incoming frames and follows loop closures.
 fn mapper(builder: &mut MapBuilder, events: &Receiver<Event>) -> Result<(), AnyError> {
     // The SLAM numbers its frames itself.
     let mut ids: Vec<FrameId> = Vec::new();
@@ -128,7 +128,7 @@ fn mapper(builder: &mut MapBuilder, events: &Receiver<Event>) -> Result<(), AnyE
     Ok(())
 }
 
-/// What the planner has done.
+/// The statistics of the planner's queries.
 #[derive(Default)]
 struct Asked {
     maps: usize,
@@ -136,7 +136,7 @@ struct Asked {
     longest_wait: Duration,
 }
 
-/// Reads the newest map again and again, and asks it how far things are.
+/// Repeatedly reads the newest map and queries distances in it.
 fn planner(reader: &MapReader, is_over: &AtomicBool) -> Asked {
     let mut asked = Asked::default();
     let mut newest = Revision::default();
@@ -145,7 +145,7 @@ fn planner(reader: &MapReader, is_over: &AtomicBool) -> Asked {
         let map = reader.latest();
         asked.longest_wait = asked.longest_wait.max(start.elapsed());
         if map.revision() == newest {
-            // Nothing new: sleep until there is.
+            // No newer map: sleep until there is one.
             reader.wait_newer(newest, Duration::from_millis(100));
             continue;
         }
@@ -156,7 +156,8 @@ fn planner(reader: &MapReader, is_over: &AtomicBool) -> Asked {
     asked
 }
 
-/// Asks how far the nearest things are, all over the room; gives how many places have one near.
+/// Queries the distance to the nearest obstacle at places all over the room; returns how many places are near
+/// one.
 fn plan(map: &MultiLevelMap) -> usize {
     let at = |i: i32, j: i32| [f64::from(i) * 0.5, f64::from(j) * 0.5, 0.5];
     let places = (-4..=4).flat_map(|i| (-4..=4).map(move |j| at(i, j)));

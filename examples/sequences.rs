@@ -2,8 +2,8 @@
 //!
 //! - `cargo run --release --example sequences` writes a frame of each as PNG, colour beside depth.
 //! - `... -- export NAME DIR` writes a whole sequence as a TUM RGB-D folder with its detections.
-//! - `... -- detector [--dataset DIR]` prints how the simulated detector errs, beside a real one's boxes of a
-//!   recording with exact masks.
+//! - `... -- detector [--dataset DIR]` prints the error statistics of the simulated detector, and beside them
+//!   a real detector's on a recording with exact masks.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -29,21 +29,21 @@ enum Command {
         /// Folder for the pictures
         #[arg(long, default_value = "out/sequences")]
         out: PathBuf,
-        /// Which frame
+        /// Index of the frame
         #[arg(long, default_value_t = 40)]
         frame: usize,
         /// Number of random rooms
         #[arg(long, default_value_t = 4)]
         random_rooms: u64,
     },
-    /// A whole sequence as a TUM RGB-D folder
+    /// Writes a whole sequence as a TUM RGB-D folder
     Export {
         #[arg(help = "walking_xyz, sitting_rpy, ..., two_tables, random_room_0, ...")]
         name: String,
-        /// Folder, empty or not there yet
+        /// The folder, which must be empty or not exist yet
         folder: PathBuf,
     },
-    /// How the simulated detector errs, beside a real one
+    /// Prints the error statistics of the simulated detector, beside a real one's
     Detector {
         /// TUM RGB-D folder with detections.jsonl and exact masks in masks/
         #[arg(long)]
@@ -131,7 +131,7 @@ fn simulated_detector() -> Result<DetectorFigures, AnyError> {
     statistics.figures().ok_or_else(|| "nobody is in view".into())
 }
 
-/// The figures of the detections of a recording whose masks hold 1, 2, ... where people are.
+/// The figures of the detections of a recording whose masks have the values 1, 2, ... on people.
 fn real_detector(folder: &Path) -> Result<DetectorFigures, AnyError> {
     let mut source = FrameSource::recorded(folder, None, &TumOptions::default())?;
     let mut statistics = DetectorStatistics::new("person");

@@ -1,4 +1,4 @@
-//! Maps a recorded sequence, or without arguments a synthetic one, and writes the maps, pictures and a
+//! Maps a recorded sequence, or a synthetic one without arguments, and writes the maps, pictures and a
 //! report.
 //!
 //! `cargo run --release --example build_map -- [--sequence NAME | --dataset DIR | --dataset FILE.mcap [--topics ...]] [--detections FILE]

@@ -10,7 +10,8 @@ use dymlm_sim::{SceneChange, Sequence, SimulatedFrame, Truth};
 
 use crate::columns::Scores;
 
-/// Follows how soon a map takes in what events change: a place that is left, and one that is filled.
+/// Measures how soon the maps follow the changes of events: a place that becomes empty, and one that is
+/// filled.
 pub(crate) struct ChangeWatch {
     watched: Vec<Watched>,
     next_check: f64,
@@ -18,12 +19,12 @@ pub(crate) struct ChangeWatch {
 
 struct Watched {
     change: SceneChange,
-    /// When the freed place, and the filled one, were first looked at.
+    /// When the freed place and the filled one were first in view after the change.
     looked: [Option<f64>; 2],
     checks: Vec<Check>,
 }
 
-/// What a map holds in the place before and in the one afterwards.
+/// What the maps hold at the old and at the new place.
 struct Check {
     time: f64,
     cells: [[BTreeSet<Cell>; 2]; 3],
@@ -33,13 +34,13 @@ struct Check {
 /// A cube of 5 cm.
 type Cell = [i32; 3];
 
-/// Between two looks at a map, seconds.
+/// Time between two checks of the maps, seconds.
 const CHECK_TIME: f64 = 0.5;
-/// Of the places' boxes so much is left out below, where the floor is, metres.
+/// Height at the bottom of the boxes that is left out, because of the floor, metres.
 const ABOVE_FLOOR: f64 = 0.06;
-/// What stands there at the end is no ghost: distance of ghosts from it, metres.
+/// Ghosts are at least this far from surfaces that stand at the end, metres.
 const OFF_SURFACE: f32 = 0.1;
-/// A place is empty when no more than this share of what a map held there is left, and filled when it holds
+/// A place is empty when at most this share of what a map held there is left, and filled when the map holds
 /// this share of what was seen of it.
 const EMPTY: f64 = 0.03;
 const FILLED: f64 = 0.5;
@@ -50,7 +51,7 @@ impl ChangeWatch {
         Self { watched: sequence.changes().into_iter().map(watched).collect(), next_check: 0.0 }
     }
 
-    /// Looks at a map after a frame came in.
+    /// Checks the maps after a frame was inserted.
     pub(crate) fn check(&mut self, frame: &SimulatedFrame, map: &MultiLevelMap, truth: &Truth) {
         let time = frame.frame.timestamp();
         for watched in &mut self.watched {
@@ -102,7 +103,7 @@ impl ChangeWatch {
                     gone,
                     watched.time(0, held > 0.0, |check| check.cells[map][0].len() as f64 <= EMPTY * held),
                 );
-                // A chair has no plane of a size that a map is asked for.
+                // A chair has no plane large enough to be expected of a map.
                 let is_asked = !true_cells.is_empty() && (map < 2 || watched.change.label.is_none());
                 let filled = |check: &Check| covered(&true_cells, &check.cells[map][1]) as f64;
                 note(
@@ -129,13 +130,13 @@ impl Watched {
         }
     }
 
-    /// The most that was held while the thing stood where it was.
+    /// The most that was held while the thing stood at its old place.
     fn held_before(&self, held: impl Fn(&Check) -> f64) -> f64 {
         let before = self.checks.iter().filter(|check| check.time < self.change.times[0]);
         before.map(held).fold(0.0, f64::max)
     }
 
-    /// Time from the first look at a place until something holds to the end; infinite when it never does.
+    /// Time from the first view of a place until a condition holds to the end; infinite when it never does.
     fn time(&self, place: usize, is_asked: bool, holds: impl Fn(&Check) -> bool) -> Option<f64> {
         let looked = self.looked[place].filter(|_| is_asked)?;
         let after = || self.checks.iter().filter(|check| check.time >= looked);
@@ -145,7 +146,7 @@ impl Watched {
     }
 }
 
-/// The cells with points in a box, its lowest part left out.
+/// The cells with points in a box, without its lowest part.
 fn cells_in<'a>(place: &OrientedBox, points: impl Iterator<Item = &'a Point>) -> BTreeSet<Cell> {
     let foot = ABOVE_FLOOR - 0.5 * place.lengths()[2];
     let box_from_world = place.world_from_box().inverse();
@@ -156,7 +157,7 @@ fn cells_in<'a>(place: &OrientedBox, points: impl Iterator<Item = &'a Point>) ->
     inside.map(|point| point.map(|c| (20.0 * c).floor() as i32)).collect()
 }
 
-/// How many cells are held, or one beside them: a surface on the border of two cells is in either.
+/// How many cells, or a neighbour of each, are held: a surface on the border of two cells is in either.
 fn covered(cells: &BTreeSet<Cell>, held: &BTreeSet<Cell>) -> usize {
     let is_held = |cell: &&Cell| {
         (0..27).any(|step| {
@@ -167,7 +168,7 @@ fn covered(cells: &BTreeSet<Cell>, held: &BTreeSet<Cell>) -> usize {
     cells.iter().filter(is_held).count()
 }
 
-/// Whether half of a box is in view, within range, and nothing before it.
+/// Whether half of a box is in view, within range and not occluded.
 fn is_looked_at(place: &OrientedBox, frame: &SimulatedFrame) -> bool {
     let camera_from_world = frame.world_from_camera.inverse();
     let camera = frame.frame.camera();

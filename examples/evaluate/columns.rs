@@ -2,9 +2,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// Columns of the table that belong together: those of one map.
+/// A block of columns of the table, one block for each map.
 pub(crate) struct Block {
-    /// What is measured.
+    /// Name of the map that is measured.
     pub(crate) title: &'static str,
     /// The figures.
     pub(crate) columns: &'static [Column],
@@ -21,21 +21,21 @@ pub(crate) struct Column {
 /// How a figure in SI units is printed.
 #[derive(Clone, Copy)]
 enum Unit {
-    /// A share, 0..=1, as per cent with so many decimals.
+    /// A share, 0..=1, as per cent with this many decimals.
     Percent(usize),
     Millimetres,
     /// Radians as degrees.
     Degrees,
     Milliseconds,
-    /// Seconds; infinite for what never comes to be.
+    /// Seconds; infinite for an event that never happens.
     Seconds,
-    /// Per map: the mean of several has decimals.
+    /// A count for each map: the mean of several has decimals.
     Count,
     Plain,
 }
 
-/// The figures of one row by their columns' keys; SI units, shares as 0..=1. What was not measured is not
-/// there.
+/// The figures of one row by their columns' keys; SI units, shares as 0..=1. Figures that were not measured
+/// are missing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Scores(BTreeMap<&'static str, f64>);

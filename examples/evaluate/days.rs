@@ -8,20 +8,20 @@ use dymlm::{FoundObject, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, Se
 use dymlm_examples::{AnyError, progress_bar};
 use dymlm_sim::{PlaceChange, Sequence, SequenceConfig, SimulatedFrame};
 
-/// Recordings of the first day, and of another.
+/// Number of recordings of the first day and of the other day.
 const RECORDINGS: [usize; 2] = [6, 2];
-/// When the first recording began and the time from one to the next, seconds.
+/// When the first recording begins, and the time from one to the next, seconds.
 const START: f64 = 1.79e9;
 const BETWEEN: f64 = 3600.0;
 const DAY: f64 = 86_400.0;
-/// A place that is reported is a true one within this distance of its centre, metres.
+/// A reported place counts as true if a true one's centre is within this distance, metres.
 const NEAR: f64 = 0.5;
-/// A thing was seen when it filled so many pixels in so many frames, and an empty place when so many frames
-/// looked through it.
+/// A thing counts as seen when it covers this many pixels in this many frames, and an empty place when this
+/// many frames look through it.
 const PIXELS: usize = 500;
 const FRAMES: usize = 10;
 
-/// A place that a thing has left, or has come to.
+/// A place that a thing has left or has come to.
 struct ChangedPlace {
     thing: usize,
     label: &'static str,
@@ -29,17 +29,17 @@ struct ChangedPlace {
     is_left: bool,
 }
 
-/// What frames have shown of the places.
+/// How often the frames have shown the places.
 #[derive(Default)]
 struct Seen {
-    /// By thing, frames in which it was seen.
+    /// For each thing, the number of frames in which it was seen.
     things: BTreeMap<usize, usize>,
-    /// By place, frames that have looked through it.
+    /// For each place, the number of frames that looked through it.
     looked_through: Vec<usize>,
 }
 
-/// A building in eight recordings, of which the last two were made on another day with things moved: merged,
-/// and asked for what has changed.
+/// A building in eight recordings, the last two of them made on another day after things were moved. Their
+/// maps are merged, and the changes that the merged map reports are compared with the truth.
 pub(crate) fn evaluate(seed: u64, rooms: usize, rate: f64, out: &Path) -> Result<(), AnyError> {
     let day = |day: u64| {
         let mut config = SequenceConfig::building(seed, rooms);
@@ -76,7 +76,7 @@ fn changed_places(change: &PlaceChange) -> impl Iterator<Item = ChangedPlace> + 
         .filter_map(move |(place, is_left)| Some(ChangedPlace { thing, label, place: place?, is_left }))
 }
 
-/// The map of a part of a sequence, whose clock says `start` at its beginning.
+/// The map of a part of a sequence; its clock starts at `start`.
 fn record(
     sequence: &Sequence,
     frames: std::ops::Range<usize>,
@@ -109,7 +109,7 @@ fn record(
     Ok(builder.into_map())
 }
 
-/// Whether the ray to the middle of a place goes on behind it.
+/// Whether the ray to the middle of a place continues behind it.
 fn looks_through(frame: &Frame, world_from_camera: &Pose, place: &OrientedBox) -> bool {
     let in_camera = world_from_camera.inverse().transform_point(place.center());
     let camera = frame.camera();
@@ -120,7 +120,7 @@ fn looks_through(frame: &Frame, world_from_camera: &Pose, place: &OrientedBox) -
     is_in_image && f64::from(frame.depth().at(u.round() as usize, v.round() as usize)) > in_camera[2] + radius
 }
 
-/// By a tree, neighbours first.
+/// Merges the maps in a tree, neighbours first.
 fn merged(mut maps: Vec<MultiLevelMap>) -> Result<MultiLevelMap, AnyError> {
     while maps.len() > 1 {
         let mut next = Vec::new();
@@ -136,7 +136,7 @@ fn merged(mut maps: Vec<MultiLevelMap>) -> Result<MultiLevelMap, AnyError> {
     Ok(maps.pop().ok_or("no recordings")?)
 }
 
-/// Holds what the second day's sessions have found against the truth.
+/// Compares the changes that the second day's sessions found with the truth.
 fn report(places: &[ChangedPlace], [first, second]: &[Seen; 2], found: &[SessionChanges]) {
     let told = |is_left: bool| {
         found.iter().flat_map(move |session| {

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::subjects::Subject;
 
-/// Where the poses come from that the maps are given.
+/// Source of the poses that the maps are built with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Poses {
@@ -16,9 +16,9 @@ pub(crate) enum Poses {
     True,
     /// They drift, and the maps stay as they are.
     Drifting,
-    /// They drift; when all frames are in, the maps follow the true ones.
+    /// They drift; after the last frame, the maps are corrected to the true poses.
     Corrected,
-    /// They drift; when all frames are in, they are refined by the planes.
+    /// They drift; after the last frame, they are refined by the planes.
     Refined,
 }
 
@@ -37,23 +37,25 @@ impl Poses {
 /// How poses drift.
 #[derive(Args)]
 pub(crate) struct DriftArguments {
-    /// Poses drift as a SLAM's do
+    /// Poses drift like those of a SLAM
     #[arg(long, group = "drift")]
     pose_noise: bool,
-    /// Poses drift by this share of the way travelled, as well as a SLAM's turn away: 0.01 to 0.05
+    /// Positions drift by this share of the distance travelled, 0.01 to 0.05, and rotations like those of a
+    /// SLAM
     #[arg(long, value_name = "SHARE", group = "drift")]
     drift_share: Option<f64>,
-    /// Poses drift as an odometry's on a recorded path: a pose a line, x, y, z, qx, qy, qz, qw
+    /// Poses drift like those of an odometry on a recorded path: one pose a line, x, y, z, qx, qy, qz, qw
     #[arg(long, value_name = "FILE", group = "drift", requires = "true_path")]
     recorded_drift: Option<std::path::PathBuf>,
     /// The true poses of that path, line by line
     #[arg(long, value_name = "FILE", requires = "recorded_drift")]
     true_path: Option<std::path::PathBuf>,
-    /// With drift: each sequence with the true poses, with those that drift, and when the maps have followed
-    /// the true poses in the end, as after a perfect loop closure
+    /// With drift: maps each sequence with true poses, with drifting poses, and with drifting poses corrected
+    /// to the true ones at the end, as by a perfect loop closure
     #[arg(long, requires = "drift")]
     correct: bool,
-    /// With drift: each sequence with those poses, and when they have been refined by the planes in the end
+    /// With drift: maps each sequence with drifting poses, and with these poses refined by the planes at the
+    /// end
     #[arg(long, requires = "drift", conflicts_with = "correct")]
     refine: bool,
 }
@@ -61,13 +63,13 @@ pub(crate) struct DriftArguments {
 /// How the poses of subjects drift.
 enum Drift {
     Slam,
-    /// Of the way travelled.
+    /// By a share of the distance travelled.
     Share(f64),
     Recorded(RecordedDrift),
 }
 
 impl DriftArguments {
-    /// With which poses each sequence is mapped.
+    /// The kinds of poses with which each sequence is mapped.
     pub(crate) fn poses(&self) -> &'static [Poses] {
         let drifts = self.pose_noise || self.drift_share.is_some() || self.recorded_drift.is_some();
         match (drifts, self.correct, self.refine) {
@@ -78,7 +80,7 @@ impl DriftArguments {
         }
     }
 
-    /// Lets the poses of subjects drift.
+    /// Makes the poses of the subjects drift.
     pub(crate) fn apply(&self, subjects: &mut [Subject]) -> Result<(), AnyError> {
         let Some(drift) = self.drift()? else { return Ok(()) };
         for subject in subjects {
@@ -117,7 +119,7 @@ impl Drift {
     }
 }
 
-/// Where the frames of a sequence are truly taken from.
+/// The true poses of the frames of a sequence.
 pub(crate) fn true_poses(sequence: &Sequence) -> Vec<Pose> {
     (0..sequence.len()).map(|index| sequence.world_from_camera(index)).collect()
 }

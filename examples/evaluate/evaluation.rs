@@ -25,11 +25,11 @@ pub(crate) struct Row {
     /// The set it belongs to; none for means.
     #[serde(skip)]
     pub(crate) set: Option<SequenceSet>,
-    /// What was done about movers.
+    /// The treatment of movers.
     pub(crate) treatment: Treatment,
-    /// In which frames the detector ran.
+    /// The frames in which the detector ran.
     pub(crate) detector: Detector,
-    /// Where the poses come from.
+    /// The source of the poses.
     pub(crate) poses: Poses,
     /// Before or after late removal.
     pub(crate) stage: Stage,
@@ -37,12 +37,12 @@ pub(crate) struct Row {
     pub(crate) scores: Scores,
 }
 
-/// Late removal (ghosts by the evidence of all frames, noise by thinning) concerns the cloud; other maps are
-/// scored with the finished cloud.
+/// Before or after late removal (ghosts by the evidence of all frames, noise by thinning). It affects only
+/// the cloud; the other maps are scored in the rows of the finished cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Stage {
-    /// The cloud with all that came in.
+    /// The cloud with everything that was inserted.
     Before,
     /// The finished cloud.
     After,
@@ -65,28 +65,29 @@ impl Stage {
     }
 }
 
-/// What comes of one sequence.
+/// The results of one sequence.
 pub(crate) struct Evaluation {
     /// Its rows of the table.
     pub(crate) rows: Vec<Row>,
-    /// The cloud of each row from above, residue marked; none when there is but one way of treating movers.
+    /// The cloud of each row from above with the residue marked; none when there is only one treatment of
+    /// movers.
     pub(crate) panels: Vec<Panel>,
 }
 
-/// What is fed to each builder.
+/// The variants of the input, one builder for each combination.
 pub(crate) struct Ways<'a> {
-    /// What is done about movers.
+    /// The treatments of movers.
     pub(crate) treatments: &'a [Treatment],
-    /// In which frames the detector runs.
+    /// The frames in which the detector runs.
     pub(crate) detectors: &'a [Detector],
     /// Detections of a lower score are left out.
     pub(crate) min_score: f32,
-    /// Which poses are given, and whether the maps follow others in the end.
+    /// The kinds of poses, and whether the maps are corrected at the end.
     pub(crate) poses: &'a [Poses],
 }
 
-/// Maps every subject in every way, on all cores: a sequence a core. The rows come in the order of the
-/// subjects, whichever is done first, and do not depend on the number of cores (but for the times).
+/// Maps every subject in every variant, one sequence on each core. The rows are in the order of the subjects,
+/// whichever finishes first, and except for the times do not depend on the number of cores.
 pub(crate) fn evaluate(subjects: &[Subject], ways: &Ways<'_>) -> Result<Vec<Evaluation>, AnyError> {
     let frames = subjects.iter().map(|subject| subject.sequence.len()).sum();
     let bar = progress_bar(frames, "evaluating");
@@ -111,7 +112,7 @@ pub(crate) fn evaluate(subjects: &[Subject], ways: &Ways<'_>) -> Result<Vec<Eval
     results.map(|result| result.unwrap_or_else(|| Err("a sequence was not evaluated".into()))).collect()
 }
 
-/// Renders each frame once and feeds it to one builder a treatment.
+/// Renders each frame once and inserts it into the builder of each variant.
 fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Result<Evaluation, AnyError> {
     let mut standard = Standard::new(&subject.sequence)?;
     let mut runs = runs(ways, subject)?;
@@ -141,7 +142,7 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
     Ok(evaluation)
 }
 
-/// A builder for each way.
+/// A builder for each variant.
 fn runs(ways: &Ways<'_>, subject: &Subject) -> Result<Vec<Run>, AnyError> {
     let Ways { treatments, detectors, min_score, poses } = *ways;
     let mut runs = Vec::new();
@@ -155,16 +156,17 @@ fn runs(ways: &Ways<'_>, subject: &Subject) -> Result<Vec<Run>, AnyError> {
     Ok(runs)
 }
 
-/// Holds maps against the truth.
+/// Scores maps against the truth.
 struct Scoring<'a> {
     standard: &'a Standard,
     subject: &'a Subject,
-    /// Whether there is more than one way of treating movers: before and after late removal, with pictures.
+    /// Whether there is more than one treatment of movers: then the cloud is scored before and after late
+    /// removal, with pictures.
     compares: bool,
 }
 
 impl Scoring<'_> {
-    /// Adds the rows of the maps as they are, which `poses` have come to.
+    /// Adds the rows of the maps in their current state, built with `poses`.
     fn score(
         &self,
         run: &Run,

@@ -2,7 +2,7 @@ use dymlm_examples::AnyError;
 
 use crate::evaluation::Row;
 
-/// What a figure must not be worse than: a little under what stood when it was set.
+/// The limit of a figure, set a little worse than the figure's value at that time.
 #[derive(Clone, Copy)]
 pub(crate) enum Limit {
     AtLeast(f64),
@@ -13,7 +13,7 @@ use Limit::{AtLeast, AtMost};
 /// A limit for a sequence (part of its name) and a column.
 pub(crate) type SequenceLimit = (&'static str, &'static str, Limit);
 
-/// Limits of the quick run.
+/// Limits for the quick run.
 pub(crate) const QUICK: &[SequenceLimit] = &[
     ("walking", "mask.recall", AtLeast(0.97)),
     ("walking", "boxes.mota", AtLeast(0.75)),
@@ -49,8 +49,8 @@ pub(crate) const QUICK: &[SequenceLimit] = &[
     ("sitting", "objects.iou", AtLeast(0.58)),
 ];
 
-/// Limits of the run over depth cameras, which hold with every third frame too. A stereo pair finds
-/// fewer planes than the others: it is used up to 4 m, and walls beyond are out of its patches' range.
+/// Limits for the run over depth cameras, which hold with every third frame too. A stereo pair finds fewer
+/// planes than the others: it is used up to 4 m, and walls beyond are out of its patches' range.
 pub(crate) const SENSORS: &[SequenceLimit] = &[
     ("kinect", "cloud.residue", AtMost(0.0005)),
     ("kinect", "cloud.completeness", AtLeast(0.99)),
@@ -97,7 +97,7 @@ pub(crate) const SENSORS: &[SequenceLimit] = &[
     ("rolled", "objects.recall", AtLeast(0.9)),
 ];
 
-/// Limits of the run with what no detector reports, which hold with every third frame too.
+/// Limits for the run with undetected movers, which hold with every third frame too.
 pub(crate) const UNDETECTED: &[SequenceLimit] = &[
     ("nobody detected, walking", "cloud.residue", AtMost(0.0005)),
     ("nobody detected, walking", "octree.ghosts", AtMost(0.0005)),
@@ -119,7 +119,7 @@ pub(crate) const UNDETECTED: &[SequenceLimit] = &[
     ("partition comes", "changes.planes.there", AtMost(10.0)),
 ];
 
-/// Limits of the run through a building, which hold with every second frame too. Planes are not asked:
+/// Limits for the run through a building, which hold with every second frame too. Planes have no limits:
 /// coplanar walls of two rooms become one plane, and round pillars several.
 pub(crate) const BUILDING: &[SequenceLimit] = &[
     ("building", "cloud.residue", AtMost(0.001)),
@@ -128,7 +128,7 @@ pub(crate) const BUILDING: &[SequenceLimit] = &[
     ("building", "objects.precision", AtLeast(0.95)),
 ];
 
-/// Fails when a figure is worse than its limit, or missing; says which.
+/// Fails when a figure is worse than its limit or missing; the error says which.
 pub(crate) fn check(rows: &[Row], limits: &[SequenceLimit]) -> Result<(), AnyError> {
     let mut faults = Vec::new();
     for &(sequence, key, limit) in limits {

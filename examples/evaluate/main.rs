@@ -2,25 +2,27 @@
 //! recording of the same place without people.
 //!
 //! `cargo run --release --example evaluate -- [--baseline] [--quick] [--every N] [--random-rooms N] [--out
-//! DIR]` prints one table, a block a map, and writes it as `evaluation.json` and `evaluation.md`;
-//! `--baseline` treats movers in the paper's ways too. `--quick` takes two short sequences and fails when a
-//! figure is worse than it should be.
+//! DIR]` prints one table, one block for each map, and writes it as `evaluation.json` and `evaluation.md`;
+//! `--baseline` also treats movers in the paper's ways. `--quick` takes two short sequences and fails when a
+//! figure is worse than its limit.
 //!
-//! `--sensors` maps `walking_xyz` as several depth cameras see it, each with its own sensor model;
-//! `--detector-rate 10` takes sequences at 30 Hz with detections in each frame and, beside them, in every
-//! third.
+//! `--sensors` maps `walking_xyz` as seen by several depth cameras, each with its own sensor model;
+//! `--detector-rate 10` takes sequences at 30 Hz, once with detections in each frame and once in every third.
 //!
-//! `--unlabelled` takes people and things that move and are never detected, `--fresh SEED` other people in
-//! other rooms (both: the former in the latter); `--no-detections` and `--min-score 0.7` withhold detections.
+//! `--unlabelled` takes sequences with people and things that move and are never detected, `--fresh SEED`
+//! other people in other rooms (both: undetected movers in these rooms); `--no-detections` and `--min-score
+//! 0.7` withhold detections.
 //!
 //! `--building SEED` takes a floor of a building instead, `--rooms 8` of them, with `--rate 5` frames a
-//! second; `--robot`, `--pitch 60` and `--roll 90` say how the camera is held; held against thresholds.
+//! second; `--robot`, `--pitch 60` and `--roll 90` say how the camera is held. Fails when a figure is worse
+//! than its limit.
 //!
-//! `--recordings SEED` takes a building in eight recordings, of which two were made on another day with things
-//! moved, merges their maps and holds what they say has changed against the truth.
+//! `--recordings SEED` takes a building in eight recordings, of which two were made on another day after
+//! things were moved, merges their maps and compares the changes that they report with the truth.
 //!
-//! `--pose-noise`, `--drift-share 0.05` or `--recorded-drift FILE --true-path FILE` let the poses drift;
-//! `--correct` has the maps follow the true ones in the end, and sets all three side by side.
+//! `--pose-noise`, `--drift-share 0.05` or `--recorded-drift FILE --true-path FILE` make the poses drift;
+//! `--correct` also corrects the maps to the true poses at the end, and compares true, drifting and corrected
+//! poses.
 //!
 //! `cargo run --release --example evaluate -- --dataset DIR --reference DIR` measures a recording.
 
@@ -49,14 +51,14 @@ use crate::drift::DriftArguments;
 use crate::evaluation::{Row, Ways};
 use crate::treatment::{Detector, Treatment};
 
-/// Measures the maps, one row for each sequence and way of treating movers.
+/// Measures the maps, one row for each sequence and treatment of movers.
 #[derive(Parser)]
 #[allow(clippy::struct_excessive_bools, reason = "switches of a command line")]
 struct Arguments {
-    /// The paper's ways of treating movers as well, each before and after late removal
+    /// Also treats movers in the paper's ways, each before and after late removal
     #[arg(long)]
     baseline: bool,
-    /// Two short sequences, held against thresholds: fails when a figure is worse
+    /// Takes two short sequences and fails when a figure is worse than its limit
     #[arg(long, conflicts_with_all = ["dataset", "baseline"])]
     quick: bool,
     /// Only every N-th frame
@@ -68,10 +70,10 @@ struct Arguments {
     #[command(flatten)]
     drift: DriftArguments,
     /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled;
-    /// held against thresholds
+    /// fails when a figure is worse than its limit
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
     sensors: bool,
-    /// Frames at 30 Hz, with detections in all of them and, beside, only this many times a second
+    /// Takes frames at 30 Hz, once with detections in all of them and once only this many times a second
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick", "sensors"])]
     detector_rate: Option<f64>,
     /// Sequences with people and things that move and are never detected instead
@@ -80,10 +82,10 @@ struct Arguments {
     /// Sequences with other people, rooms, paths and noise, drawn from this seed, instead
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "detector_rate"])]
     fresh: Option<u64>,
-    /// A floor of a building made up from this seed instead
+    /// A floor of a building generated from this seed instead
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh"])]
     building: Option<u64>,
-    /// A floor of a building in eight recordings of two days instead: what has changed between them
+    /// A floor of a building in eight recordings of two days instead: scores the changes found between them
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh", "building"])]
     recordings: Option<u64>,
     /// Number of a building's rooms
@@ -92,13 +94,13 @@ struct Arguments {
     /// Frames a second in a building
     #[arg(long, default_value_t = 5.0)]
     rate: f64,
-    /// In it, the camera is on a robot, 0.3 m above the floor
+    /// In the building, the camera is on a robot, 0.3 m above the floor
     #[arg(long, requires = "building")]
     robot: bool,
-    /// In it, the camera looks down by so many degrees
+    /// In the building, the camera looks down by this many degrees
     #[arg(long, default_value_t = 0.0, requires = "building")]
     pitch: f64,
-    /// In it, the camera is rolled by so many degrees
+    /// In the building, the camera is rolled by this many degrees
     #[arg(long, default_value_t = 0.0, requires = "building")]
     roll: f64,
     /// No detections at all
@@ -119,7 +121,7 @@ struct Arguments {
     /// TUM RGB-D folder with people; exact masks in masks/ are used when there are any
     #[arg(long, requires = "reference")]
     dataset: Option<PathBuf>,
-    /// The same place without people: all frames stitched as they are
+    /// TUM RGB-D folder of the same place without people: all its frames form the reference cloud
     #[arg(long, requires = "dataset")]
     reference: Option<PathBuf>,
     /// Detection file; default: the dataset's detections.jsonl
@@ -134,7 +136,7 @@ fn main() -> Result<(), AnyError> {
         return recording::evaluate(dataset, reference, detections, arguments.every);
     }
 
-    // Claimed first: an output folder that cannot be written shall not cost a run.
+    // The output folder is created first, so that an unwritable one is noticed before the run.
     std::fs::create_dir_all(&arguments.out)?;
     if let Some(seed) = arguments.recordings {
         return days::evaluate(seed, arguments.rooms, arguments.rate, &arguments.out);

@@ -1,6 +1,6 @@
-//! A recording with people against one of the same place without: rows for what is done about movers, all
-//! detections and only the surer ones; columns for the masks against exact masks where there are any, and for
-//! the cloud before and after late removal.
+//! Compares a recording with people to one of the same place without people. Rows: the treatments of movers,
+//! with all detections and with only the surer ones. Columns: the masks compared with exact masks, if there
+//! are any, and the cloud before and after late removal.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ struct Row {
     min_score: f32,
 }
 
-/// Detections below it never reach the builder.
+/// Detections with lower scores are withheld from the builder.
 const MIN_SCORES: [f32; 2] = [0.0, 0.7];
 
 fn rows() -> Vec<Row> {
@@ -33,7 +33,7 @@ fn rows() -> Vec<Row> {
     rows
 }
 
-/// Prints the table of the recording in `dataset`, held against the one in `reference`.
+/// Prints the table of the recording in `dataset`, compared with the one in `reference`.
 pub(crate) fn evaluate(
     dataset: &Path,
     reference: &Path,
@@ -52,7 +52,8 @@ pub(crate) fn evaluate(
     Ok(())
 }
 
-/// All frames of the reference, whatever is left out of the map: what can be asked for does not depend on it.
+/// Adds all frames of the reference, even if `--every` leaves frames out of the map, so that the reference
+/// does not depend on it.
 fn stitch(folder: &Path) -> Result<ReferenceCloud, AnyError> {
     let mut source = FrameSource::recorded(folder, None, &TumOptions::default())?;
     let range = MapConfig::default().sensor;
@@ -68,7 +69,7 @@ fn stitch(folder: &Path) -> Result<ReferenceCloud, AnyError> {
     Ok(reference)
 }
 
-/// Builds the map of one row; scores its masks on the way where exact masks are known.
+/// Builds the map of one row, and scores its masks if exact masks are known.
 fn map_recording(row: Row, source: &mut FrameSource) -> Result<(MapBuilder, MaskScore), AnyError> {
     let mut builder = MapBuilder::new(row.treatment.config())?;
     let mut masks = MaskScore::default();

@@ -6,7 +6,7 @@ use dymlm_io::write_png;
 use dymlm_metrics::SpaceTruth;
 use dymlm_sim::{Sequence, Truth};
 
-/// A cloud from above, what people left in it in red.
+/// A cloud from above, with the residue of people in red.
 pub(crate) struct Panel {
     width: usize,
     height: usize,
@@ -14,16 +14,16 @@ pub(crate) struct Panel {
 }
 
 const RED: Rgb = [230, 0, 30];
-/// As [`dymlm_metrics::score_cloud`] has it: further from all static surfaces than this is residue or stray,
-/// metres.
+/// A point farther than this from all static surfaces is residue or stray, as in
+/// [`dymlm_metrics::score_cloud`], metres.
 const OFF_SURFACE: f32 = 0.06;
-/// Side of the squares that points are drawn as, metres: residue is made large enough to be seen when it is
-/// little.
+/// Sides of the squares that points are drawn as, metres: residue is drawn larger, so that little of it can
+/// be seen.
 const POINT: f64 = 0.01;
 const RESIDUE: f64 = 0.03;
-/// What is higher above the floor hides the room, metres.
+/// Points higher above the floor are not drawn, since they occlude the room, metres.
 const CEILING: f64 = 2.1;
-/// Every so many pixels of the picture one of the panel.
+/// Reduction of a panel: one pixel for this many pixels of the picture, along each side.
 const REDUCTION: usize = 2;
 /// White between panels, pixels.
 const GAP: usize = 8;
@@ -61,8 +61,8 @@ impl Panel {
     }
 }
 
-/// Writes the panels of one sequence side by side: a column a treatment, before late removal above, after it
-/// below.
+/// Writes the panels of one sequence side by side: one column for each treatment, before late removal above,
+/// after it below.
 pub(crate) fn write(panels: &[Panel], sequence: &str, folder: &Path) -> Result<(), AnyError> {
     let Some(first) = panels.first() else { return Ok(()) };
     let columns = panels.len().div_ceil(2);

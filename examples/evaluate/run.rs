@@ -9,7 +9,7 @@ use crate::columns::Scores;
 use crate::drift::Poses;
 use crate::treatment::{Detector, Treatment};
 
-/// A builder at work, and what is counted on the way.
+/// A builder with the figures that are gathered while it runs.
 pub(crate) struct Run {
     treatment: Treatment,
     detector: Detector,
@@ -21,12 +21,12 @@ pub(crate) struct Run {
     boxes: TrackingScorer,
     reports: Vec<FrameReport>,
     poses: Poses,
-    /// Where the frames were truly taken from.
+    /// The true poses of the frames.
     true_poses: Vec<(FrameId, Pose)>,
 }
 
-/// Share of the image below which a view of a mover is a sliver, and neither asked for nor wrong when it is
-/// found: 5000 pixels of 640x480, as the figures of detectors have it.
+/// Share of the image below which a view of a mover is a sliver, which need not be found and may be: 5000
+/// pixels of 640x480, as in the figures of detectors.
 const SLIVER: f64 = 5000.0 / (640.0 * 480.0);
 
 /// The steps that are timed, by column.
@@ -88,7 +88,7 @@ impl Run {
         self.builder.settle();
     }
 
-    /// The maps follow the true poses, or those that are found by the planes.
+    /// Corrects the maps to the true poses, or refines the poses by the planes.
     pub(crate) fn correct(&mut self) -> Result<(), AnyError> {
         if self.poses == Poses::Refined {
             self.builder.refine_poses(&RefineConfig::default())?;
@@ -98,7 +98,7 @@ impl Run {
         Ok(())
     }
 
-    /// Takes in a frame, and its pose as it may drift.
+    /// Inserts a frame at its pose, which may drift.
     pub(crate) fn insert(&mut self, frame: &SimulatedFrame, drifting: &Pose) -> Result<(), AnyError> {
         let mut detections = frame.detections.clone();
         detections.retain(|detection| detection.score() >= self.min_score);
@@ -145,7 +145,7 @@ impl Run {
         Ok(self.boxes.add_frame_ignoring(&slivers, &truth, &output, Some(&found))?)
     }
 
-    /// The figures of all that is not a map: masks, boxes, times.
+    /// The figures that do not concern a map: masks, boxes, times.
     pub(crate) fn score(&self, scores: &mut Scores) {
         scores.set("mask.recall", self.masks.recall());
         scores.set("mask.precision", self.masks.precision());
@@ -160,7 +160,7 @@ impl Run {
         self.score_speed(scores);
     }
 
-    /// Of poses that were not the true ones, where they can be asked for.
+    /// Scores the trajectory, if its poses were not the true ones and can be queried.
     fn score_trajectory(&self, scores: &mut Scores) {
         let mapped: Vec<Pose> = self.builder.trajectory().map(|(_, _, pose)| pose).collect();
         let truth: Vec<Pose> = self.true_poses.iter().map(|(_, pose)| *pose).collect();

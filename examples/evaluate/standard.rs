@@ -11,7 +11,7 @@ use dymlm_sim::{Sequence, SimulatedFrame, Truth, TruthConfig};
 
 use crate::columns::Scores;
 
-/// What the maps of one sequence are held against.
+/// The truth that the maps of one sequence are scored against.
 pub(crate) struct Standard {
     truth: Truth,
     dynamic_map: DynamicMapScorer,
@@ -19,7 +19,7 @@ pub(crate) struct Standard {
     has_undetected: bool,
 }
 
-/// The truth about the traces of those alone whom no detector reports.
+/// The truth about the traces of only those movers that no detector reports.
 struct Undetected<'a>(&'a Truth);
 
 impl SpaceTruth for Undetected<'_> {
@@ -47,7 +47,7 @@ impl Standard {
         })
     }
 
-    /// Takes note of what a frame shows.
+    /// Adds what a frame shows to the truth.
     pub(crate) fn observe(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         self.truth.observe(frame);
         let (transient, pose) = (&frame.transient_mask, &frame.world_from_camera);

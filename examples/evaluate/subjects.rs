@@ -13,13 +13,13 @@ use crate::drift::true_poses;
 pub(crate) struct Subject {
     /// Name in tables.
     pub(crate) name: String,
-    /// Which set it belongs to: figures are averaged over sets.
+    /// The set that it belongs to: figures are averaged over sets.
     pub(crate) set: SequenceSet,
     /// The sequence.
     pub(crate) sequence: Sequence,
-    /// What the maps are told of its depth camera.
+    /// The sensor model that the maps are given for its depth camera.
     pub(crate) sensor: SensorModel,
-    /// The poses of the frames as they drift; the true ones where they do not.
+    /// The drifting poses of the frames; the true ones without drift.
     pub(crate) drifting: Vec<Pose>,
 }
 
@@ -50,8 +50,9 @@ pub(crate) fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
 /// Frames a second of a camera that is faster than the detector.
 pub(crate) const FAST_FRAME_RATE: f64 = 30.0;
 
-/// `walking_xyz` as other depth cameras see it, each with its own model: other noise, other sizes of image
-/// (the largest with every second pixel of every second row used), a wide angle, and the camera on its side.
+/// `walking_xyz` as seen by other depth cameras, each with its own sensor model: other noise, other sizes of
+/// image (the largest with every second pixel of every second row used), a wide angle, and the camera on its
+/// side.
 pub(crate) fn sensors(every_nth: usize) -> Result<Vec<Subject>, AnyError> {
     let camera = |width: usize, height: usize, focal_length: f64| {
         let [cx, cy] = [width, height].map(|side| (side as f64 - 1.0) / 2.0);
@@ -90,10 +91,10 @@ pub(crate) fn sensors(every_nth: usize) -> Result<Vec<Subject>, AnyError> {
     subjects.collect()
 }
 
-/// Sequences with people or things that move and that no detector reports, in known rooms or in fresh ones.
+/// Sequences with people or things that move and are never detected, in known rooms or in fresh ones.
 pub(crate) fn undetected(fresh: Option<u64>, every_nth: usize) -> Result<Vec<Subject>, AnyError> {
     use SceneEvent::{Door, PlacedPartition, PushedChair, RemovedPartition, Trolley};
-    /// Name, room, activity, people, how many of them are overlooked, what happens.
+    /// Name, room, activity, number of people, how many of them are overlooked, events.
     type Design = (&'static str, Room, Activity, usize, usize, &'static [SceneEvent]);
     let all: [Design; 9] = [
         ("nobody detected, walking", Room::Office, Activity::Walking, 2, 2, &[]),
@@ -130,7 +131,7 @@ pub(crate) fn undetected(fresh: Option<u64>, every_nth: usize) -> Result<Vec<Sub
 
 const PATHS: [CameraPath; 4] =
     [CameraPath::HalfSphere, CameraPath::Xyz, CameraPath::Handheld, CameraPath::Rpy];
-/// Seeds with which what happens is well in view.
+/// Seeds with which the events are well in view.
 const KNOWN_SEEDS: [u64; 9] = [18, 2, 22, 4, 5, 6, 7, 8, 9];
 
 /// Nine sequences drawn from a seed, with other people in other rooms: three of each activity.
@@ -143,7 +144,7 @@ pub(crate) fn fresh(seed: u64, every_nth: usize) -> Result<Vec<Subject>, AnyErro
     let sequences = (0..9_u64).zip(kinds.into_iter().cycle()).map(|(index, (activity, set, name))| {
         let mut config = SequenceConfig::random_room(1_000_000 + 1000 * seed + index);
         (config.activity, config.strangers) = (activity, true);
-        // At desks in the office as well.
+        // In the office, people also sit at desks.
         if index == 1 {
             config.room = Room::Office;
         }
@@ -166,7 +167,7 @@ pub(crate) fn building(arguments: &Arguments, seed: u64) -> Result<Subject, AnyE
     Subject::new(NamedSequence { name, config, set: SequenceSet::Building }, arguments.every)
 }
 
-/// Frames of a quick sequence, 8 s of which every second is taken.
+/// Frames of a quick sequence: 8 s, of which every second frame is taken.
 const QUICK_FRAMES: usize = 80;
 
 /// Two short sequences, one of each activity.

@@ -10,7 +10,7 @@ use crate::drift::Poses;
 use crate::evaluation::{Row, Stage};
 use crate::treatment::{Detector, Treatment};
 
-/// The table for the terminal: a block of columns a map, the same rows in each.
+/// The table for the terminal: one block of columns for each map, with the same rows in each.
 pub(crate) fn text(rows: &[Row]) -> String {
     let rows = with_means(rows);
     let mut text = String::new();
@@ -22,7 +22,7 @@ pub(crate) fn text(rows: &[Row]) -> String {
         writeln!(text, "\n{}", block.title).ok();
         for line in &cells {
             for (column, (cell, &width)) in line.iter().zip(&widths).enumerate() {
-                // The names to the left, figures to the right.
+                // Names are aligned to the left, figures to the right.
                 if column == 0 {
                     write!(text, "{cell:<width$}").ok();
                 } else {
@@ -50,7 +50,7 @@ pub(crate) fn write(rows: &[Row], folder: &Path) -> Result<(), AnyError> {
     Ok(())
 }
 
-/// The table as a page that says where it comes from.
+/// The table as a page with a heading that says how it was made.
 pub(crate) fn write_page(rows: &[Row], file: &Path) -> Result<(), AnyError> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let heading = format!(
@@ -77,7 +77,7 @@ fn markdown(rows: &[Row]) -> String {
     text
 }
 
-/// The rows, and after them the mean over the eight sequences and over the random rooms for each treatment.
+/// The rows, followed by the means over the eight sequences and over the random rooms for each treatment.
 fn with_means(rows: &[Row]) -> Vec<Row> {
     let mut all = rows.to_vec();
     all.extend(means(rows, "mean of the eight", SequenceSet::Eight));
@@ -91,7 +91,7 @@ fn with_means(rows: &[Row]) -> Vec<Row> {
 fn means(rows: &[Row], name: &str, set: SequenceSet) -> Vec<Row> {
     let way = |row: &Row| (row.treatment, row.stage, row.detector, row.poses);
     let of_set: Vec<&Row> = rows.iter().filter(|row| row.set == Some(set)).collect();
-    // Each way once, as it comes first: that of the first sequence.
+    // Each variant once, in the order of the first sequence.
     let firsts = of_set.iter().enumerate();
     let ways = firsts.filter(|(index, row)| !of_set[..*index].iter().any(|before| way(before) == way(row)));
     let mut means = Vec::new();
@@ -106,7 +106,7 @@ fn means(rows: &[Row], name: &str, set: SequenceSet) -> Vec<Row> {
     means
 }
 
-/// Heading and rows of a block; rows that have nothing in it are left out, unless none has anything.
+/// Heading and rows of a block; rows without a figure in the block are left out, unless all are.
 fn block_cells(block: &Block, rows: &[Row]) -> Vec<Vec<String>> {
     let many = rows.iter().any(|row| row.treatment != Treatment::Silhouettes || row.stage == Stage::Before);
     let drifts = rows.iter().any(|row| row.poses != Poses::True);

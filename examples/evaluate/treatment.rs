@@ -7,9 +7,9 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Detector {
-    /// In all.
+    /// In every frame.
     EveryFrame,
-    /// In the first of so many; in the others it does not run.
+    /// In the first of every this many frames.
     EveryNth(usize),
 }
 
@@ -23,19 +23,19 @@ impl Detector {
     }
 }
 
-/// What is done about movers.
+/// How movers are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Treatment {
-    /// The detector is not asked: what moves is found by what is new in free space, and by late removal.
+    /// Without detections: movers are found as new readings in free space, and by late removal.
     NoDetections,
-    /// Everything inside the detector's boxes goes.
+    /// Everything inside the detector's boxes is removed.
     RawBoxes,
     /// Boxes that the detector missed are predicted.
     Compensation,
     /// Boxes cut short are extended as well (the paper's full preprocessing).
     Correction,
-    /// Within the boxes only what is connected in depth goes (our default).
+    /// Within the boxes, only pixels that are connected in depth are removed (our default).
     Silhouettes,
 }
 
@@ -55,7 +55,7 @@ impl Treatment {
         }
     }
 
-    /// The config that treats movers so.
+    /// The config for this treatment.
     pub(crate) fn config(self) -> MapConfig {
         let mut config = MapConfig::default();
         if !matches!(self, Self::NoDetections | Self::Silhouettes) {
@@ -70,8 +70,7 @@ impl Treatment {
         config
     }
 
-    /// The detections that reach the builder: all those of objects, and of movers unless the detector is not
-    /// asked.
+    /// The detections that reach the builder: all of them, or none with [`NoDetections`](Self::NoDetections).
     pub(crate) fn detections(self, detections: &[Detection]) -> Vec<Detection> {
         match self {
             Self::NoDetections => Vec::new(),

@@ -9,39 +9,40 @@ use dymlm_examples::{AnyError, up_of_planes};
 pub(crate) struct GridArguments {
     /// The map's folder
     map: PathBuf,
-    /// The grid's .yaml file; the image is written beside it. Of several floors, names end in a number, 0 for the lowest
+    /// The grid's .yaml file; the image is written beside it. With several floors, names end in a number, 0
+    /// for the lowest
     #[arg(long, default_value = "map.yaml")]
     out: PathBuf,
-    /// Where the robot is, above its floor, in the map's world: x y z. Without it the lowest floor is taken
+    /// Where the robot is, above its floor, in the map's world: x y z. Without it, the lowest floor is taken
     #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
     at: Option<Vec<f64>>,
-    /// All floors, a grid each
+    /// Writes one grid for each floor
     #[arg(long, conflicts_with = "at")]
     floors: bool,
-    /// About upwards, in the map's world: x y z
+    /// The approximate up direction in the map's world: x y z
     #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
     up: Vec<f64>,
-    /// Lowest height above the floor that counts, metres
+    /// Lowest height above the floor at which something is an obstacle, metres
     #[arg(long, default_value_t = FloorGridConfig::default().min_height)]
     min_height: f64,
-    /// Greatest height above the floor that counts, metres
+    /// Greatest height above the floor at which something is an obstacle, metres
     #[arg(long, default_value_t = FloorGridConfig::default().max_height)]
     max_height: f64,
-    /// Highest step over which a floor goes on, metres
+    /// Highest step across which a floor continues, metres
     #[arg(long, default_value_t = FloorGridConfig::default().max_step)]
     max_step: f64,
     /// Steepest floor, degrees
     #[arg(long, default_value_t = FloorGridConfig::default().max_slope_deg)]
     max_slope: f64,
-    /// An occupied margin around what is in the way, metres: the robot's radius
+    /// Inflates obstacles by this margin, metres: the robot's radius
     #[arg(long, default_value_t = 0.0)]
     inflate: f64,
-    /// Only what is between these, in the grid's axes (for upright maps the world's): lowest x y, greatest x y
+    /// Only this region, in the grid's axes (for upright maps the world's): lowest x y, greatest x y
     #[arg(long, num_args = 4, allow_hyphen_values = true, value_names = ["X0", "Y0", "X1", "Y1"])]
     region: Option<Vec<f64>>,
 }
 
-/// Makes the grids that are asked for, and writes a .yaml and a .pgm file each.
+/// Makes the requested grids, and writes a .yaml and a .pgm file for each.
 pub(crate) fn write(arguments: &GridArguments) -> Result<(), AnyError> {
     let map = MultiLevelMap::load(&arguments.map)?;
     let up = up_of_planes(map.planes(), triple(&arguments.up));

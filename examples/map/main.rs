@@ -1,4 +1,4 @@
-//! Looks into saved maps and makes other files of them.
+//! Inspects saved maps and converts them to other files.
 //!
 //! `cargo run --release --example map -- info DIR`
 //! `cargo run --release --example map -- changes DIR`
@@ -28,27 +28,27 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Says what is in a map; of a damaged one what is left
+    /// Prints the contents of a map; for a damaged one, what is left
     Info {
         /// The map's folder
         map: PathBuf,
     },
-    /// Says what each session of a map that was built with a history has found to have moved, appeared or
-    /// vanished
+    /// Prints what has moved, appeared or vanished according to each session of a map that was built with a
+    /// history
     Changes {
         /// The map's folder
         map: PathBuf,
     },
-    /// Makes one map of several that were built with a history
+    /// Merges several maps that were built with a history
     Merge {
-        /// The maps' folders; cheapest in the order of their times
+        /// The maps' folders; merging is cheapest in the order of their times
         #[arg(required = true, num_args = 2..)]
         maps: Vec<PathBuf>,
         /// The merged map's folder
         #[arg(long)]
         out: PathBuf,
-        /// A line for each map, "tx ty tz qx qy qz qw": takes its world to that of all. Without it, they are
-        /// in one world
+        /// A line for each map, "tx ty tz qx qy qz qw": takes the map's world to the common world. Without
+        /// the file, all maps are in one world
         #[arg(long)]
         poses: Option<PathBuf>,
     },
@@ -61,7 +61,7 @@ enum Command {
         /// The file
         #[arg(long, default_value = "map.glb")]
         out: PathBuf,
-        /// About upwards, in the map's world: x y z
+        /// The approximate up direction in the map's world: x y z
         #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
         up: Vec<f64>,
     },
@@ -171,7 +171,7 @@ fn merge(folders: &[PathBuf], out: &Path, poses: Option<&Path>) -> Result<(), An
     Ok(())
 }
 
-/// A pose a line; empty lines and those that begin with # say nothing.
+/// Reads one pose from each line; empty lines and lines that begin with # are ignored.
 fn read_poses(file: &Path) -> Result<Vec<Pose>, AnyError> {
     let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
     let lines =

@@ -1,5 +1,5 @@
-// Bundles src/ and three into page.js, which cargo takes as it is, so that who builds the maps needs no npm.
-// `--check` says whether the committed bundle is what the sources give.
+// Bundles src/ and three into page.js, which cargo uses as it is, so that building the programs needs no npm.
+// `--check` tests whether the committed bundle is what the sources give.
 
 import { build } from "esbuild";
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
@@ -8,7 +8,7 @@ import { crc32 } from "node:zlib";
 const folder = new URL("./", import.meta.url);
 const bundle = new URL("page.js", folder);
 
-/** What the bundle was made of, as one number: `cargo test` holds it against the sources. */
+/** A checksum of the sources, written into the bundle: `cargo test` compares it with the sources. */
 function checksumOfSources() {
     const names = readdirSync(new URL("src/", folder)).filter((name) => name.endsWith(".js")).sort();
     const files = [...names.map((name) => `src/${name}`), "package-lock.json"];
@@ -29,7 +29,7 @@ async function bundled() {
         bundle: true,
         minify: true,
         format: "iife",
-        // What all browsers with DecompressionStream know.
+        // The version that all browsers with DecompressionStream support.
         target: ["es2022"],
         charset: "utf8",
         legalComments: "none",

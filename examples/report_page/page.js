@@ -1,4 +1,4 @@
-/*! sources 389dbd73; made by npm run build
+/*! sources 3f5c521c; made by npm run build
 
 Holds three.js 0.187.0
 

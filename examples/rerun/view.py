@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Shows a recorded session in Rerun: the clouds and images that it draws itself, and the planes and labelled objects, which
-it does not take from MCAP yet.
+"""Shows a recorded session in Rerun: the clouds and images, which Rerun reads from MCAP itself, and
+the planes and labelled objects, which it does not read from MCAP yet.
 
     pip install rerun-sdk mcap mcap-ros2-support
     cargo run --release --example build_map -- --mcap session.mcap
@@ -29,7 +29,7 @@ def rgba(color):
 
 
 def log_entity(path, entity):
-    """A thing of the scene as Rerun draws it."""
+    """Converts an entity of the scene to what Rerun draws."""
     rr.log(path, rr.CoordinateFrame(entity.frame_id))
     for faces in entity.triangles:
         if faces.indices:
@@ -50,7 +50,7 @@ def log_entity(path, entity):
 
 
 def log_scenes(path):
-    """Planes and objects over time; gives the cloud's points in the end, and where the camera was."""
+    """Logs planes and objects over time; returns the final points of the cloud, and the camera's positions."""
     clouds, cameras = {}, []
     with open(path, "rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
@@ -74,7 +74,7 @@ def log_scenes(path):
 
 
 def layout(points, cameras, up):
-    """The map from behind the camera and above it, its images beside it."""
+    """The layout: the map from behind and above the camera, with the camera's images beside it."""
     low, high = np.percentile(points, 5, axis=0), np.percentile(points, 95, axis=0)
     center, up, size = (low + high) / 2, np.array(up) / np.linalg.norm(up), np.linalg.norm(high - low)
     back = cameras.mean(0) - center

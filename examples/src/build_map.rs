@@ -20,7 +20,7 @@ use crate::{
     planes_from_camera, print_warning, progress_bar, read_pose, timed, up_of_planes,
 };
 
-/// Longest time between two poses of the corrections that is interpolated, seconds.
+/// Longest gap between two poses of the corrections across which poses are interpolated, seconds.
 const LONGEST_GAP: f64 = 2.0;
 
 /// Builds the maps of the static world from a recorded RGB-D sequence with people walking through it. Without
@@ -47,7 +47,7 @@ struct Arguments {
     /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
     #[arg(long, requires = "dataset")]
     detections: Option<PathBuf>,
-    /// A YOLOX network: what is in the images is detected while they are mapped
+    /// A YOLOX network that detects things in the images while they are mapped
     #[arg(long, requires = "dataset", conflicts_with = "detections", value_name = "FILE.onnx")]
     detector: Option<PathBuf>,
     /// Names of the network's classes, one a line; default: COCO's
@@ -56,17 +56,17 @@ struct Arguments {
     /// Poses, camera to world; default: the dataset's groundtruth.txt
     #[arg(long, requires = "dataset")]
     trajectory: Option<PathBuf>,
-    /// Poses of a back end, camera to world, at any times: when all frames are in, the maps are corrected to
+    /// Poses of a back end, camera to world, at any times: after the last frame, the maps are corrected to
     /// them
     #[arg(long)]
     corrections: Option<PathBuf>,
-    /// When all frames are in, and corrected, their poses are refined by the planes, and the maps follow
+    /// After the last frame, and any correction, refines the poses by the planes; the maps follow
     #[arg(long)]
     refine: bool,
-    /// Settings; what the file leaves out stays at its default
+    /// Settings; fields that the file leaves out have their defaults
     #[arg(long, conflicts_with = "resume")]
     config: Option<PathBuf>,
-    /// Goes on with the maps of a folder, with their settings
+    /// Continues the maps of a folder, with their settings
     #[arg(long)]
     resume: Option<PathBuf>,
     #[arg(
@@ -79,10 +79,10 @@ struct Arguments {
     /// Seconds between two saves while the maps are built
     #[arg(long, default_value_t = 60.0, value_parser = read_seconds)]
     autosave: f64,
-    /// Take every N-th frame
+    /// Takes only every N-th frame
     #[arg(long, default_value_t = 1)]
     every: usize,
-    /// Writes report.html too: the maps in 3D and the run's times and memory, on one page
+    /// Also writes report.html: one page with the maps in 3D and the run's times and memory
     #[arg(long)]
     report: bool,
     /// Records the frames, and the maps as they grow, for viewers such as Foxglove and Rerun
@@ -93,17 +93,17 @@ struct Arguments {
     out: PathBuf,
 }
 
-/// The program `build_map`: maps what the command line names, and writes the maps. `open_detector` opens what
-/// `--detector` names, where the program has been built with a detector.
+/// The program `build_map`: maps the recording that the command line names, and writes the maps.
+/// `open_detector` opens the network that `--detector` names, if the program is built with a detector.
 ///
 /// # Errors
 ///
-/// What keeps the maps from being built or written, for the terminal.
+/// The reason why the maps could not be built or written, for the terminal.
 pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let arguments = Arguments::parse();
     let mut detector = detector_of(&arguments, open_detector)?;
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
-    // Claimed first: an output folder that cannot be written shall not cost a run.
+    // The output folder is created first, so that an unwritable one is noticed before the run.
     let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
     let mut source = open_source(&arguments)?;
     let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
@@ -191,14 +191,14 @@ fn detector_of(
     }
 }
 
-/// What the run maps, in a word.
+/// A short name of the recording.
 fn title(arguments: &Arguments) -> String {
     let name = arguments.dataset.as_ref().and_then(|dataset| dataset.file_stem());
     let name = name.map(|name| name.to_string_lossy().into_owned());
     name.or_else(|| arguments.sequence.clone()).unwrap_or_else(|| "synthetic sequence".to_owned())
 }
 
-/// A builder of new maps, or of those that are resumed, and who saves them.
+/// A builder of new maps or of the resumed ones, and the saver of its maps.
 fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
         let (saver, map) = if same_folder(folder, &arguments.out) {
@@ -220,7 +220,7 @@ fn same_folder(one: &Path, other: &Path) -> bool {
 }
 
 fn read_seconds(text: &str) -> Result<f64, String> {
-    let seconds: f64 = text.parse().map_err(|_| "no number of seconds".to_owned())?;
+    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds".to_owned())?;
     if (0.1..=1e6).contains(&seconds) { Ok(seconds) } else { Err("0.1 to 1000000 seconds".to_owned()) }
 }
 
@@ -236,12 +236,12 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     options.every = arguments.every;
     if let Some(bag) = arguments.dataset.as_ref().filter(|path| path.is_file()) {
         if arguments.detections.is_some() {
-            return Err("the detections of a bag are its own: --detections is for folders".into());
+            return Err("a bag contains its own detections: --detections is only for folders".into());
         }
         return FrameSource::bag(bag, &bag_options(arguments)?);
     }
     if !arguments.topics.is_empty() {
-        return Err("--topics is for bags: the dataset is no file".into());
+        return Err("--topics is only for bags: the dataset is not a file".into());
     }
     if let Some(folder) = arguments.dataset.as_ref().filter(|_| arguments.detector.is_some()) {
         return FrameSource::without_detections(folder, &options);
@@ -282,8 +282,8 @@ fn read_topic(text: &str) -> Result<(String, String), String> {
     Ok((what.to_owned(), name.to_owned()))
 }
 
-/// Feeds every frame to the builder, until somebody interrupts. A frame that cannot be loaded or is refused
-/// costs a warning, no more. Gives also how long the detector took, if there is one.
+/// Inserts every frame into the builder until the user interrupts. A frame that cannot be loaded or is
+/// refused is skipped with a warning. Also returns how long the detector took, if there is one.
 fn insert_all(
     builder: &mut MapBuilder,
     source: &mut FrameSource,
@@ -307,7 +307,7 @@ fn insert_all(
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
                     Ok(report) => {
                         if let Err(error) = observers.record(&next, &report, &pose, builder) {
-                            warn(format!("the session is recorded no further: {error}"));
+                            warn(format!("recording of the session has stopped: {error}"));
                         }
                         reports.push(report);
                     }
@@ -323,7 +323,7 @@ fn insert_all(
     (reports, detector.map(|_| Milliseconds::of(detection_ms)))
 }
 
-/// A frame; what a detector finds in it takes the place of the recording's own detections.
+/// Loads a frame; the results of a detector, if there is one, replace the recording's own detections.
 fn load(
     source: &mut FrameSource,
     detector: Option<&mut (dyn FrameDetector + 'static)>,
@@ -339,7 +339,7 @@ fn load(
     Ok(next)
 }
 
-/// Lets the maps follow the poses of a back end; frames that it says nothing of move with their neighbours.
+/// Corrects the maps to the poses of a back end; frames without a new pose move with their neighbours.
 fn correct(
     builder: &mut MapBuilder,
     poses: &Trajectory,
@@ -349,7 +349,7 @@ fn correct(
     let new_pose = |(id, time, _)| Some((id, *world_from_session * poses.pose_at(time, LONGEST_GAP).ok()?));
     let given: Vec<_> = builder.trajectory().filter(|(id, ..)| *id >= first).filter_map(new_pose).collect();
     if given.is_empty() {
-        return Err("no frame was taken at a time of the corrections".into());
+        return Err("no frame lies within the times of the corrections".into());
     }
     let bar = progress_bar(0, "correcting");
     let (report, cost) = timed(|| {
@@ -378,7 +378,7 @@ fn refine(builder: &mut MapBuilder) -> Result<CorrectionCost, AnyError> {
     Ok(CorrectionCost { key_frames: report.correction.key_frames, ..cost })
 }
 
-/// Where the frames of this session were taken from, as they are mapped.
+/// The poses of this session's frames as they are mapped.
 fn mapped_trajectory(
     builder: &MapBuilder,
     source: &FrameSource,
@@ -388,7 +388,7 @@ fn mapped_trajectory(
     let own = builder.trajectory().filter(|(id, ..)| *id >= first);
     let mut poses: Vec<_> = own.map(|(_, time, pose)| (time, pose)).collect();
     if poses.is_empty() {
-        // Without a history as they were given.
+        // Without a history, these are the given poses.
         let given = |index| Some((source.timestamp(index)?, *world_from_session * source.pose(index)?));
         poses.extend((0..source.len()).filter_map(given));
     }

@@ -2,8 +2,8 @@ use std::fmt;
 
 use crate::AnyError;
 
-/// What ends a program: `main` returns it, and Rust prints its `Debug`, which is the error's message here instead
-/// of its fields.
+/// An error that ends a program: `main` returns it, and Rust prints its `Debug`, which here is the error's
+/// message instead of its fields.
 pub struct Failure(AnyError);
 
 impl fmt::Debug for Failure {

@@ -5,13 +5,13 @@ use dymlm::core::{ColorImage, Detection};
 
 use crate::AnyError;
 
-/// A detector that looks at the images of a recording while its maps are built.
+/// A detector that runs on the images of a recording while its maps are built.
 pub trait FrameDetector: Debug {
-    /// What is in an image: boxes in its pixels.
+    /// The detections in an image, with boxes in its pixels.
     ///
     /// # Errors
     ///
-    /// What keeps it from looking at this image.
+    /// The reason why the detector could not process this image.
     fn detect(&mut self, image: &ColorImage) -> Result<Vec<Detection>, AnyError>;
 }
 

@@ -34,12 +34,12 @@ pub struct BagRecording {
     buffers: FrameBuffers,
 }
 
-/// One frame with what was detected in it and where it was seen from.
+/// One frame with its detections and its pose.
 #[derive(Debug)]
 pub struct SourceFrame {
     /// The frame.
     pub frame: Frame,
-    /// Detections of all labels; `None` when the detector did not look at the frame.
+    /// Detections of all labels; `None` when the detector did not run on the frame.
     pub detections: Option<Vec<Detection>>,
     /// Camera to world.
     pub world_from_camera: Pose,
@@ -64,7 +64,7 @@ impl FrameSource {
     }
 
     /// A recorded dataset. `detections` is a JSON-lines file or a YOLO folder (class names in `names.txt`
-    /// there); without it the dataset's own `detections.jsonl` is taken, if there is one.
+    /// there); without it, the dataset's own `detections.jsonl` is used, if there is one.
     ///
     /// # Errors
     ///
@@ -79,7 +79,7 @@ impl FrameSource {
         Ok(Self::Recorded(Box::new(Recording { folder: folder.to_path_buf(), source, buffers })))
     }
 
-    /// A recorded dataset whose frames somebody else detects in: its own detections are left alone.
+    /// A recorded dataset whose own detections are not read, since the caller runs a detector.
     ///
     /// # Errors
     ///
@@ -94,7 +94,7 @@ impl FrameSource {
     ///
     /// # Errors
     ///
-    /// When it cannot be opened.
+    /// When the bag cannot be opened.
     pub fn bag(path: &Path, options: &McapOptions) -> Result<Self, AnyError> {
         let source = McapRecording::open(path, options)?;
         Ok(Self::Bag(Box::new(BagRecording { source, buffers: FrameBuffers::default() })))
@@ -134,8 +134,8 @@ impl FrameSource {
         }
     }
 
-    /// Faults of the dataset's lists and detections that concern no frame that can be loaded, worth a
-    /// warning.
+    /// Problems in the dataset's lists and detections that do not prevent the loading of any listed frame;
+    /// worth a warning.
     pub fn faults(&self) -> Vec<String> {
         match self {
             Self::Recorded(recording) => recording.source.warnings(),
@@ -148,7 +148,7 @@ impl FrameSource {
     ///
     /// # Errors
     ///
-    /// What is wrong with this frame; the others are not concerned.
+    /// The problem with this frame; other frames can still be loaded.
     pub fn load(&mut self, index: usize) -> Result<SourceFrame, AnyError> {
         match self {
             Self::Recorded(recording) => Ok(recording.source.load(index, &mut recording.buffers)?.into()),
@@ -164,10 +164,11 @@ impl FrameSource {
         }
     }
 
-    /// What a detector finds in a loaded frame, in its pixels; `None` when the frame has no colour image.
+    /// A detector's results in a loaded frame, in the frame's pixels; `None` when the frame has no colour
+    /// image.
     ///
-    /// Where the lens of a folder's camera distorts, it looks at the image as it is stored, as do detectors that
-    /// write files: a file made by the same detector gives the same.
+    /// If the lens of a folder's camera has distortion, the detector runs on the stored image, as detectors
+    /// that write files do: a file written by the same detector gives the same results.
     ///
     /// # Errors
     ///
@@ -186,14 +187,15 @@ impl FrameSource {
         Ok(Some(found.iter().filter_map(|one| rectifier.rectify_detection(one)).collect()))
     }
 
-    /// The file of a frame's colour image that is not the frame's, and what takes it there.
+    /// The stored colour image of a frame whose own image is rectified, and the rectification from one to the
+    /// other.
     fn stored_color(&self, index: usize) -> Option<(&Path, &Rectifier)> {
         let Self::Recorded(recording) = self else { return None };
         let dataset = recording.source.dataset();
         Some((dataset.frames().get(index)?.color.as_deref()?, dataset.rectifier()?))
     }
 
-    /// Takes a frame back whose buffers the next one may use.
+    /// Takes a frame back so that the next one can reuse its buffers.
     pub fn recycle(&mut self, frame: SourceFrame) {
         match self {
             Self::Recorded(recording) => recording.buffers.recycle(frame.frame),
@@ -202,7 +204,7 @@ impl FrameSource {
         }
     }
 
-    /// Who is where in a frame, exactly; `None` when the source has no masks.
+    /// The exact masks of people in a frame; `None` when the source has no masks.
     ///
     /// # Errors
     ///

@@ -1,7 +1,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Becomes true when somebody interrupts the program (Ctrl-C). The second time ends it at once. `what` is lost then.
+/// A flag that becomes true when the user interrupts the program (Ctrl-C). A second Ctrl-C ends the program
+/// at once. `what` names the output that is lost if no handler can be set, for the warning.
 pub fn interruption(what: &str) -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);

@@ -1,4 +1,4 @@
-//! What the examples share: where frames come from, pictures of the maps, reports of a run.
+//! Code that the examples share: sources of frames, pictures of the maps, reports of a run.
 
 mod build_map;
 mod failure;

@@ -3,11 +3,11 @@ use dymlm_sim::{Room, SequenceConfig, SequenceType};
 /// A synthetic sequence with a name.
 #[derive(Debug, Clone)]
 pub struct NamedSequence {
-    /// `walking_xyz` ..., `two_tables`, `random_room_N`.
+    /// Such as `walking_xyz`, `two_tables`, `random_room_N`.
     pub name: String,
-    /// What it shows.
+    /// The config of the sequence.
     pub config: SequenceConfig,
-    /// Which set it belongs to.
+    /// The set that it belongs to.
     pub set: SequenceSet,
 }
 
@@ -24,9 +24,9 @@ pub enum SequenceSet {
     Sensors,
     /// People and things that move and are never detected.
     Undetected,
-    /// Rooms, people and paths drawn from a seed of the command line: people sit.
+    /// Rooms, people and paths drawn from a seed of the command line, with sitting people.
     FreshSitting,
-    /// The same: people walk.
+    /// The same with walking people.
     FreshWalking,
     /// Floors of buildings.
     Building,
@@ -53,11 +53,11 @@ pub fn named_sequences(random_rooms: u64) -> Vec<NamedSequence> {
     eight.chain([second]).chain(random).collect()
 }
 
-/// The sequence of a name; the error lists the names.
+/// The sequence with a name; the error lists all names.
 ///
 /// # Errors
 ///
-/// When there is none of that name.
+/// When there is no sequence with that name.
 pub fn named_sequence(name: &str) -> Result<NamedSequence, String> {
     let seed: Option<u64> = name.strip_prefix("random_room_").and_then(|seed| seed.parse().ok());
     let all = named_sequences(seed.map_or(0, |seed| seed.saturating_add(1).min(10_000)));

@@ -6,13 +6,13 @@ use dymlm::objects::{DualQuadric, ObjectShape, ShapeKind};
 
 use crate::{Orthographic, Picture};
 
-/// Pairs of corners that share an edge, corners counted by the bits of their signs.
+/// Pairs of corners that share an edge; the bits of a corner's number are the signs of its coordinates.
 const EDGES: [(usize, usize); 12] =
     [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
-/// Points along an edge or outline that is drawn.
+/// Number of points that are drawn along an edge or outline.
 const STEPS: usize = 200;
 
-/// The objects of a map on a frame: boxes by their edges, ellipsoids by their outlines.
+/// Draws the objects of a map on a frame: the edges of boxes, the outlines of ellipsoids.
 pub fn objects_from_camera(objects: &ObjectMap, frame: &Frame, world_from_camera: &Pose) -> Picture {
     let camera = frame.camera();
     let (width, height) = (camera.width(), camera.height());
@@ -24,7 +24,7 @@ pub fn objects_from_camera(objects: &ObjectMap, frame: &Frame, world_from_camera
     picture
 }
 
-/// Draws a box's edges or an ellipsoid's outline, two pixels wide, into what a camera sees.
+/// Draws a box's edges or an ellipsoid's outline, two pixels wide, into a camera's image.
 pub fn draw_object(
     picture: &mut Picture,
     shape: &ObjectShape,
@@ -54,7 +54,7 @@ fn outline(shape: &ObjectShape, camera: &PinholeCamera, world_from_camera: &Pose
     }
 }
 
-/// The cloud from above in grey, the objects' boxes over it.
+/// The cloud from above in grey, with the objects' boxes on top.
 pub fn objects_from_above(objects: &ObjectMap, cloud: &PointCloud, up: [f64; 3]) -> Picture {
     let height = |point: [f64; 3]| up[0] * point[0] + up[1] * point[1] + up[2] * point[2];
     let points: Vec<[f64; 3]> = cloud.points().iter().map(|point| point.map(f64::from)).collect();
@@ -68,7 +68,7 @@ pub fn objects_from_above(objects: &ObjectMap, cloud: &PointCloud, up: [f64; 3])
         let color = cloud.colors().and_then(|colors| colors.get(index)).copied().unwrap_or([128; 3]);
         view.draw(point, 0.01, color.map(|c: u8| 128 + c / 2));
     }
-    // Lifted above all points, so that nothing hides them.
+    // The boxes are lifted above all points, so that nothing occludes them.
     for object in objects.objects() {
         for point in edge_points(&object.oriented_box()) {
             view.draw(

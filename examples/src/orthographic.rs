@@ -1,7 +1,7 @@
 use dymlm::core::Rgb;
 use dymlm::core::vector3::{any_across, cross, dot, unit};
 
-/// Draws points and squares as seen along a direction, without perspective, nearest in front.
+/// Draws points and squares as seen along a direction, without perspective; nearer ones occlude farther ones.
 #[derive(Debug, Clone)]
 pub struct Orthographic {
     right: [f64; 3],
@@ -21,8 +21,9 @@ const LONG_SIDE: f64 = 1000.0;
 const BACKGROUND: Rgb = [255, 255, 255];
 
 impl Orthographic {
-    /// A view along `forward`, with `down` (about) downward in the picture, onto these points. The lowest and
-    /// highest half per cent of them on each side may fall outside: strays shall not shrink the picture.
+    /// A view of these points along `forward`, with `down` approximately downward in the picture. Along each
+    /// side of the picture, the lowest and the highest half per cent of the points may be outside, so that
+    /// strays do not shrink the rest.
     pub fn onto(forward: [f64; 3], down: [f64; 3], points: impl Iterator<Item = [f64; 3]>) -> Self {
         let forward = unit(forward).unwrap_or([0.0, 0.0, 1.0]);
         let right = unit(cross(down, forward)).unwrap_or_else(|| any_across(forward));
@@ -95,7 +96,7 @@ impl Orthographic {
 }
 
 fn span(first: f64, last: f64, count: usize) -> std::ops::Range<usize> {
-    // Casts saturate: what lies outside the picture gives an empty range.
+    // Casts saturate: a square outside the picture gives an empty range.
     let end = ((last + 1.0).max(0.0) as usize).min(count);
     (first.max(0.0) as usize).min(end)..end
 }

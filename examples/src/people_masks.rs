@@ -4,8 +4,8 @@ use dymlm::core::Mask;
 
 use crate::AnyError;
 
-/// Who is where in a frame of a recording, exactly: 8-bit PNGs in the folder `masks` beside the images, named
-/// as the colour images are, 0 where nobody is, else the number of the person.
+/// The exact masks of people in a frame of a recording: 8-bit PNGs in the folder `masks` beside the images,
+/// with the names of the colour images; a pixel is 0 where nobody is, else the number of the person.
 #[derive(Debug, Clone)]
 pub struct PeopleMasks {
     width: usize,
@@ -14,7 +14,7 @@ pub struct PeopleMasks {
 }
 
 impl PeopleMasks {
-    /// Nobody.
+    /// Masks without people.
     pub(crate) fn nobody(width: usize, height: usize) -> Self {
         Self { width, height, people: vec![0; width * height] }
     }
@@ -25,7 +25,7 @@ impl PeopleMasks {
         Ok(Self { width, height, people: image.into_raw() })
     }
 
-    /// `true` where somebody is.
+    /// The mask of all people, `true` where somebody is.
     ///
     /// # Errors
     ///
@@ -34,7 +34,7 @@ impl PeopleMasks {
         self.mask(|person| person > 0)
     }
 
-    /// `true` where the first person is, the second ...; not all need be in view.
+    /// One mask for each person, `true` where that person is; some may be out of view.
     ///
     /// # Errors
     ///

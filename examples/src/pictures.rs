@@ -58,7 +58,7 @@ impl Picture {
 /// Colour of points without one.
 const GREY: Rgb = [110; 3];
 
-/// The cloud from above, without what hangs over it, and from the side.
+/// The cloud from above, without its highest tenth, and from the side.
 pub fn cloud_pictures(cloud: &PointCloud, up: [f64; 3], point_size: f64) -> Vec<Picture> {
     draw_cloud("cloud_above.png", "cloud_side.png", cloud, up, point_size)
 }
@@ -113,7 +113,7 @@ pub fn planes_from_camera(planes: &PlaneMap, frame: &Frame, world_from_camera: &
             let grey = (r + 2 * g + b) / 4;
             let ray = world_from_camera.rotate(camera.back_project([u as f64, v as f64], 1.0));
             let color = planes.cast_ray(eye, ray, FAR).map(|hit| id_color(hit.plane.get()));
-            // Half the plane's colour, half the picture, so that things on it can be made out.
+            // Half the plane's colour and half the picture, so that things on the plane remain visible.
             pixels.push(
                 color.map_or([grey as u8 / 2; 3], |color| {
                     color.map(|c| u32::midpoint(u32::from(c), grey) as u8)
@@ -124,8 +124,8 @@ pub fn planes_from_camera(planes: &PlaneMap, frame: &Frame, world_from_camera: &
     Picture { name: "planes_camera.png", width, height, pixels }
 }
 
-/// Draws from above what lies below the highest tenth (a ceiling would hide the room), and from the side
-/// everything.
+/// Draws from above only what is below the highest tenth (a ceiling would occlude the room), and from the
+/// side everything.
 fn draw_two_sides(
     above: &'static str,
     side: &'static str,
@@ -150,13 +150,13 @@ fn height(up: [f64; 3], point: [f64; 3]) -> f64 {
     up[0] * point[0] + up[1] * point[1] + up[2] * point[2]
 }
 
-/// A direction at right angles to `up`: the world axis that is most level, made level.
+/// A direction at right angles to `up`: the most level of the world's axes, projected to be level.
 pub(crate) fn any_level_direction(up: [f64; 3]) -> [f64; 3] {
     let axis = (0..3).min_by(|&a, &b| up[a].abs().total_cmp(&up[b].abs())).unwrap_or(0);
     std::array::from_fn(|c| f64::from(u8::from(c == axis)) - up[axis] * up[c])
 }
 
-/// Depth as colours: near blue, far (5 m) red, no reading black.
+/// Depth as colours: blue near, red far (5 m), black without a reading.
 pub fn depth_colors(depth: &DepthImage) -> Vec<Rgb> {
     const FAR: f64 = 5.0;
     let color = |&z: &f32| if z > 0.0 { rainbow((f64::from(z) / FAR).min(1.0)) } else { [0; 3] };

@@ -1,10 +1,10 @@
 use dymlm::core::Pose;
 
-/// A pose as a person writes it: tx ty tz qx qy qz qw, metres and a quaternion.
+/// Reads a pose from text: tx ty tz qx qy qz qw, metres and a quaternion.
 ///
 /// # Errors
 ///
-/// Says what is wrong.
+/// The error says what is wrong.
 pub fn read_pose(text: &str) -> Result<Pose, String> {
     let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
     match numbers.map_err(|error| error.to_string())?[..] {

@@ -3,21 +3,21 @@ use dymlm::{FrameReport, MapBuilder};
 
 use crate::{AnyError, RunRecorder, SessionFile, SourceFrame};
 
-/// What watches a run while its maps are built, as far as the caller asked for it.
+/// The optional observers of a run while its maps are built.
 #[derive(Debug, Default)]
 pub struct RunObservers {
-    /// Notes what the report page tells of the run.
+    /// Records the data of the report page.
     pub report: Option<RunRecorder>,
     /// Writes frames and maps for viewers.
     pub session: Option<SessionFile>,
 }
 
 impl RunObservers {
-    /// Shows a frame that was inserted from a pose to all observers.
+    /// Passes an inserted frame and its pose to all observers.
     ///
     /// # Errors
     ///
-    /// When the session file cannot be written; the session is then dropped, the run is not concerned.
+    /// When the session file cannot be written; recording then stops, and the run can go on.
     pub fn record(
         &mut self,
         next: &SourceFrame,

@@ -7,37 +7,37 @@ use serde::Serialize;
 
 use crate::Milliseconds;
 
-/// `report.json`: what a run did, how long its steps took, and how it was configured.
+/// `report.json`: the results of a run, the times of its steps, and its config.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunReport {
-    /// Frames of the sequence.
+    /// Number of frames of the sequence.
     pub frames: usize,
-    /// Frames that could not be loaded or were refused.
+    /// Number of frames that could not be loaded or were refused.
     pub frames_skipped: usize,
-    /// Frames that were mapped.
+    /// Number of frames that were mapped.
     pub key_frames: usize,
     /// Times of the whole insertion of key frames ("insert") and of each of its steps.
     pub stages: BTreeMap<&'static str, Milliseconds>,
-    /// What is in the maps.
+    /// Sizes of the maps.
     pub counts: MapCounts,
-    /// Bytes that each map holds, and what is kept of key frames.
+    /// Memory in bytes of each map and of the stored key frames.
     pub memory_bytes: MapMemory,
-    /// What correcting the poses took, where they were corrected.
+    /// The cost of correcting the poses, if they were corrected.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corrections: Option<CorrectionCost>,
-    /// What refining the poses has cost, where it was asked for.
+    /// The cost of refining the poses, if it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refinement: Option<CorrectionCost>,
-    /// Most memory the process held, where the system tells.
+    /// Peak memory of the process, if the system reports it.
     pub peak_memory_bytes: Option<u64>,
     /// The config.
     pub config: MapConfig,
 }
 
-/// What it took to correct the poses.
+/// The cost of correcting the poses.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct CorrectionCost {
-    /// Key frames whose pose has changed.
+    /// Number of key frames whose pose has changed.
     pub key_frames: usize,
     /// Time that passed, milliseconds.
     pub wall_ms: f64,
@@ -46,7 +46,7 @@ pub struct CorrectionCost {
 }
 
 impl RunReport {
-    /// Sums a run up from the reports of its frames.
+    /// Summarizes a run from the reports of its frames.
     pub fn new(frames: usize, reports: &[FrameReport], builder: &MapBuilder) -> Self {
         let mut stages: BTreeMap<_, _> =
             Stage::ALL.iter().map(|&stage| (stage.name(), step_time(reports, stage))).collect();
@@ -66,19 +66,19 @@ impl RunReport {
     }
 }
 
-/// How long a step took; what only key frames take is timed over key frames.
+/// Times of a step; a step that only key frames take is timed over key frames.
 pub fn step_time(reports: &[FrameReport], stage: Stage) -> Milliseconds {
     let timed = reports.iter().filter(|report| stage < Stage::Cloud || report.update().is_some());
     Milliseconds::of(timed.map(|report| report.stages.of(stage).as_secs_f64() * 1e3).collect())
 }
 
-/// How long the whole insertion of a key frame took.
+/// Times of the whole insertion of key frames.
 pub fn insertion_time(reports: &[FrameReport]) -> Milliseconds {
     let mapped = reports.iter().filter(|report| report.update().is_some());
     Milliseconds::of(mapped.map(|report| report.stages.total().as_secs_f64() * 1e3).collect())
 }
 
-/// Runs something and says what it took.
+/// Runs something and returns its cost.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, CorrectionCost) {
     let (wall, cpu) = (Instant::now(), processor_ms());
     let result = work();
@@ -92,7 +92,7 @@ fn processor_ms() -> f64 {
     time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
-/// Most memory this process ever held, as Linux tells it.
+/// Peak memory of this process, as Linux reports it.
 pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -10,7 +10,7 @@ use crate::{AnyError, SourceFrame};
 /// Seconds of the session between two states of the maps.
 const INTERVAL: f64 = 1.0;
 
-/// A run as viewers show it: the frames, and the maps once a second and at the end.
+/// Records a run for viewers: the frames, and the maps once a second and at the end.
 #[derive(Debug)]
 pub struct SessionFile {
     recorder: SessionRecorder,
@@ -51,7 +51,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Records the maps as they are in the end, and completes the file.
+    /// Records the final maps and completes the file.
     ///
     /// # Errors
     ///

@@ -5,16 +5,16 @@ use serde::Serialize;
 /// Median, 95 % quantile and maximum of durations, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Milliseconds {
-    /// Half of the durations are no longer.
+    /// Half of the durations are at most this.
     pub median_ms: f64,
-    /// 95 % of the durations are no longer.
+    /// 95 % of the durations are at most this.
     pub p95_ms: f64,
     /// The longest.
     pub max_ms: f64,
 }
 
 impl Milliseconds {
-    /// Of durations in milliseconds; all zero when there are none.
+    /// Computes these from durations in milliseconds; all zero when there are none.
     pub fn of(mut durations: Vec<f64>) -> Self {
         durations.sort_by(f64::total_cmp);
         let quantile = |share: f64| {
@@ -25,8 +25,8 @@ impl Milliseconds {
     }
 }
 
-/// The mean direction of "up" in the images of these poses, in the world: for pictures, when nobody says
-/// where up is. People hold cameras upright on average.
+/// The mean "up" direction of the images at these poses, in the world: for pictures, when up is not given.
+/// People hold cameras upright on average.
 pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for pose in poses {
@@ -37,8 +37,8 @@ pub fn mean_up(poses: impl Iterator<Item = Pose>) -> [f64; 3] {
     if length > 1e-9 { sum.map(|c| c / length) } else { [0.0, 0.0, 1.0] }
 }
 
-/// Up as the largest level plane has it (floor, table), given about where up is; that itself when there is
-/// none within 45 degrees of it.
+/// The normal of the largest plane (floor, table) that is within 45 degrees of the approximate up direction
+/// `about`; `about` itself when there is none.
 pub fn up_of_planes(planes: &PlaneMap, about: [f64; 3]) -> [f64; 3] {
     let cosine = |normal: [f64; 3]| (0..3).map(|axis| normal[axis] * about[axis]).sum::<f64>();
     let level = planes.iter().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());

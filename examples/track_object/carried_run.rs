@@ -8,15 +8,15 @@ use dymlm_sim::{
 use crate::errors::{Errors, thing_pose};
 use crate::follow::{Followed, Follower};
 
-/// Frames a second; for a second the thing stands, for six it is carried, then it stands again.
+/// Frames a second; the thing stands for a second, is carried for six, then stands again.
 const RATE: f64 = 30.0;
 const FRAMES: usize = 250;
-/// Frames that are mapped before the thing is chosen.
+/// Number of frames that are mapped before the thing is chosen.
 const MAPPED: usize = 28;
-/// Frames that are drawn: in the hand, and at the end.
+/// Indices of the frames that are drawn: in the hand, and at the end.
 const IN_HAND: usize = 130;
 
-/// A hand carries a thing through the rendered office.
+/// Follows a thing that a hand carries in the rendered office.
 pub(crate) fn follow(kind: CarriedKind, has_depth: bool) -> Result<Followed, AnyError> {
     let motion = match kind {
         CarriedKind::Bottle => CarriedMotion::RotationY,
@@ -68,12 +68,13 @@ fn config(kind: CarriedKind, motion: CarriedMotion) -> SequenceConfig {
     config
 }
 
-/// The object of the map that stands where the thing does.
+/// The object of the map at the thing's place.
 fn object_at(builder: &MapBuilder, frame: &SimulatedFrame) -> Option<ObjectId> {
     let thing = frame.carried?;
     let place = thing.world_from_object.translation();
     let distance = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt();
-    // In a second it may not have been detected often enough to be confirmed.
+    // Candidates count too: within a second, the thing may not have been detected often enough to be
+    // confirmed.
     let map = builder.map().objects();
     let objects = map.objects().chain(map.candidates());
     objects

@@ -8,13 +8,13 @@ use dymlm_sim::{CarriedKind, CarriedThing};
 pub(crate) struct Errors {
     /// Centimetres.
     pub(crate) distances: Vec<f64>,
-    /// Degrees; of round things between their axes.
+    /// Degrees; for round things, between their axes.
     pub(crate) angles: Vec<f64>,
 }
 
 impl Errors {
-    /// Adds a frame: the object's pose as tracked and as it was, both of the same frame on the object. Gives
-    /// its distance and angle.
+    /// Adds a frame: the tracked and the true pose of the same frame on the object. Returns their distance
+    /// and angle.
     pub(crate) fn add(&mut self, kind: CarriedKind, tracked: &Pose, truth: &Pose) -> [f64; 2] {
         let errors = [100.0 * tracked.distance(truth), angle(kind, tracked, truth).to_degrees()];
         self.distances.push(errors[0]);
@@ -50,7 +50,8 @@ fn angle(kind: CarriedKind, a: &Pose, b: &Pose) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>().clamp(-1.0, 1.0).acos()
 }
 
-/// The pose of the thing's own frame that a tracked frame on it implies, when the two stood so at the start.
+/// The pose of the thing's own frame, from the tracked pose of another frame on it and both poses at the
+/// start.
 pub(crate) fn thing_pose(tracked: &Pose, tracked_at_start: &Pose, thing_at_start: &CarriedThing) -> Pose {
     *tracked * tracked_at_start.inverse() * thing_at_start.world_from_object
 }
@@ -64,7 +65,7 @@ impl Quantiles {
         Self(values)
     }
 
-    /// NaN of no values.
+    /// A quantile; NaN without values.
     pub(crate) fn at(&self, share: f64) -> f64 {
         let last = self.0.len().saturating_sub(1) as f64;
         self.0.get((last * share) as usize).copied().unwrap_or(f64::NAN)

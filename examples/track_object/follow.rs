@@ -11,7 +11,7 @@ use dymlm_io::write_atomically;
 use crate::errors::{Errors, Quantiles};
 use crate::strip::Panel;
 
-/// Follows a chosen object frame by frame, and keeps what the reports need.
+/// Follows a chosen object frame by frame, and keeps the data for the reports.
 pub(crate) struct Follower {
     builder: MapBuilder,
     tracker: ObjectTracker,
@@ -22,14 +22,14 @@ pub(crate) struct Follower {
     was_lost: bool,
 }
 
-/// What became of a followed object.
+/// The results of following an object.
 pub(crate) struct Followed {
     pub(crate) label: String,
     /// Time and pose, world from object, of the frames with one.
     pub(crate) poses: Vec<(f64, Pose)>,
     pub(crate) errors: Option<Errors>,
     pub(crate) losses: usize,
-    /// Frames in which it stood where it was last seen or put down.
+    /// Number of frames in which it stood where it was last seen or put down.
     pub(crate) at_rest: usize,
     pub(crate) milliseconds: Vec<f64>,
     pub(crate) moves: Vec<ObjectMove>,
@@ -62,7 +62,8 @@ impl Follower {
         Ok(Self { builder, tracker, object, has_depth, world_from_object: start, run, was_lost: false })
     }
 
-    /// Tracks the object into a frame, tells the maps, and maps the frame. Gives the pose, if there is one.
+    /// Tracks the object into a frame, updates the maps, and maps the frame. Returns the pose, if there is
+    /// one.
     pub(crate) fn step(
         &mut self,
         frame: &Frame,
@@ -82,7 +83,7 @@ impl Follower {
         self.run.at_rest += usize::from(update.state == ObjectState::AtRest);
         self.world_from_object = update.world_from_object;
         let timestamp = frame.timestamp();
-        // What stands is where it stood, seen or not.
+        // An object at rest is at its last place, even if it is not seen.
         let is_known = update.inliers > 0 || update.state == ObjectState::AtRest;
         let found = is_known.then_some(update.world_from_object);
         self.run.poses.extend(found.map(|pose| (timestamp, pose)));
@@ -107,7 +108,7 @@ impl Follower {
 }
 
 impl Followed {
-    /// Where the object was, in TUM format.
+    /// Writes the object's poses in TUM format.
     pub(crate) fn write_poses(&self, path: &Path) -> Result<(), AnyError> {
         Ok(write_atomically(path, |out| -> Result<(), AnyError> {
             writeln!(out, "# timestamp tx ty tz qx qy qz qw (world from object)")?;
@@ -158,7 +159,7 @@ impl Followed {
     }
 }
 
-/// The frame, or the frame without its depth.
+/// The frame, without its depth if the tracker must not use it.
 pub(crate) fn seen(frame: &Frame, has_depth: bool) -> Result<Frame, AnyError> {
     if has_depth {
         return Ok(frame.clone());

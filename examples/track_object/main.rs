@@ -36,16 +36,16 @@ struct Arguments {
     /// TUM RGB-D folder in which an object is moved
     #[arg(long, requires = "object")]
     dataset: Option<PathBuf>,
-    /// Label of the object to follow; the one nearest to the camera
+    /// Label of the object to follow; of several, the one nearest to the camera
     #[arg(long, requires = "dataset")]
     object: Option<String>,
-    /// The object is mapped until then and followed from then on, seconds after the first frame
+    /// Time, seconds after the first frame, until which the object is mapped and from which it is followed
     #[arg(long, default_value_t = 2.0)]
     map_until: f64,
-    /// Track from colour alone
+    /// Tracks from colour alone
     #[arg(long)]
     no_depth: bool,
-    /// Print the table of ten synthetic sequences instead
+    /// Prints the table of ten synthetic sequences instead
     #[arg(long, conflicts_with = "dataset")]
     ten_sequences: bool,
     /// With --ten-sequences: the camera is carried by hand too
@@ -68,7 +68,7 @@ fn main() -> Result<(), AnyError> {
             arguments.handheld,
         );
     }
-    // Claimed first: an output folder that cannot be written shall not cost a run.
+    // The output folder is created first, so that an unwritable one is noticed before the run.
     std::fs::create_dir_all(&arguments.out)?;
     let runs = match (&arguments.dataset, &arguments.object) {
         (Some(dataset), Some(label)) => {

@@ -9,8 +9,8 @@ use dymlm_io::TumOptions;
 
 use crate::follow::{Followed, Follower};
 
-/// Follows the nearest object of a label through a recording, from the first frame on that shows one whole,
-/// but not before `map_until` seconds.
+/// Follows the nearest object of a label through a recording, starting at the first frame that shows one
+/// completely, but not before `map_until` seconds.
 pub(crate) fn follow(
     dataset: &Path,
     label: &str,
@@ -19,14 +19,14 @@ pub(crate) fn follow(
 ) -> Result<Followed, AnyError> {
     let mut source = FrameSource::recorded(dataset, None, &TumOptions::default())?;
     let bar = progress_bar(source.len(), "following");
-    // The object may be picked up within the first second: every frame counts.
+    // The object may be picked up within the first second, so every frame is mapped.
     let mut builder = Some(MapBuilder::new(MapConfig::offline())?);
     let mut follower: Option<Follower> = None;
     let (mut begin, mut last) = (None, None);
     let middle = source.len() / 2;
     for index in 0..source.len() {
         bar.inc(1);
-        // A frame that cannot be loaded is passed over.
+        // A frame that cannot be loaded is skipped.
         let Ok(next) = source.load(index) else { continue };
         let SourceFrame { frame, detections, world_from_camera } = &next;
         let begin = *begin.get_or_insert(frame.timestamp());
@@ -38,7 +38,7 @@ pub(crate) fn follow(
         } else if let Some(mut mapping) = builder.take() {
             mapping.insert(frame, detections.as_deref(), world_from_camera)?;
             let object = if frame.timestamp() - begin >= map_until {
-                // Too little of it may be seen to be followed from here.
+                // Following may fail from this frame, if too little of the object is seen.
                 nearest_in_view(&mapping, label, frame, world_from_camera).filter(|&object| {
                     let config = ObjectTrackerConfig::default();
                     mapping.track_object(object, frame, world_from_camera, &config).is_ok()
@@ -65,7 +65,7 @@ pub(crate) fn follow(
     Ok(follower.finish(None))
 }
 
-/// The nearest object of a label that is wholly on the image and has nothing before it.
+/// The nearest object of a label that is completely in the image and not occluded.
 fn nearest_in_view(
     builder: &MapBuilder,
     label: &str,

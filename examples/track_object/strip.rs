@@ -6,8 +6,8 @@ use dymlm::geometry::OrientedBox;
 use dymlm::objects::{MapObject, ObjectShape};
 use dymlm_examples::{Picture, draw_object};
 
-/// One moment: the object map on the left, what the camera saw on the right (the paper's figure of object
-/// tracking).
+/// One moment: the object map on the left, the camera's image on the right (as in the paper's figure of
+/// object tracking).
 pub(crate) struct Panel {
     caption: &'static str,
     width: usize,
@@ -24,16 +24,16 @@ pub(crate) struct Strip {
 
 const WHITE: Rgb = [255; 3];
 const TRACE: Rgb = [150, 150, 150];
-/// White space about panels, pixels.
+/// White space around panels, pixels.
 const GAP: usize = 12;
-/// How far the map is looked at from above the camera and from behind it, metres.
+/// How far above and behind the camera the map is viewed from, metres.
 const ABOVE: f64 = 0.5;
 const BEHIND: f64 = 0.25;
 /// Objects farther from the camera than this are not drawn, metres.
 const FAR: f64 = 4.0;
 
 impl Panel {
-    /// `chosen`: the followed object, and where it is. `trace`: where it has been.
+    /// `chosen`: the followed object and its pose. `trace`: its past places.
     pub(crate) fn new(
         caption: &'static str,
         frame: &Frame,
@@ -77,7 +77,7 @@ impl Strip {
         self.panels.extend(panels);
     }
 
-    /// All panels in one picture, two beside each other, at half their size.
+    /// All panels in one picture, in two columns, at half their size.
     pub(crate) fn into_picture(self) -> Picture {
         let width = self.panels.iter().map(|panel| panel.width).max().unwrap_or(2) / 2;
         let height = self.panels.iter().map(|panel| panel.height).max().unwrap_or(2) / 2;
@@ -128,7 +128,7 @@ fn gray(frame: &Frame) -> Vec<Rgb> {
     }
 }
 
-/// Looks at a place from above and behind the camera.
+/// The pose of a view of a place from above and behind the camera.
 fn raised(world_from_camera: &Pose, at: Option<[f64; 3]>) -> Pose {
     let down = world_from_camera.rotate([0.0, 1.0, 0.0]);
     let forward = world_from_camera.rotate([0.0, 0.0, 1.0]);

@@ -14,29 +14,29 @@ use crate::visibility::{IN_VIEW, visible_share};
 const RATE: f64 = 30.0;
 const FRAMES: usize = 270;
 
-/// What each sequence has to keep.
+/// The limits for each sequence.
 struct Bounds {
-    /// Of the medians, centimetres and degrees.
+    /// Limits of the median errors, centimetres and degrees.
     distance: f64,
     angle: f64,
 }
 
 const WITH_DEPTH: Bounds = Bounds { distance: 1.0, angle: 3.0 };
 const WITHOUT_DEPTH: Bounds = Bounds { distance: 2.5, angle: 5.0 };
-/// A pose that is off by more than this many times a median's bound is none.
+/// A pose that is off by more than this many times a median's bound is wrong.
 const WRONG: f64 = 4.0;
 const MOST_LOSSES: usize = 1;
-/// Time in view without a right pose, seconds.
+/// Longest time in view without a right pose, seconds.
 const LONGEST: f64 = 1.0;
 
-/// What a sequence came to.
+/// The results of a sequence.
 #[derive(Default)]
 struct Figures {
     errors: Errors,
     milliseconds: Vec<f64>,
-    /// Frames that show less of the thing than [`IN_VIEW`].
+    /// Number of frames that show less of the thing than [`IN_VIEW`].
     covered: usize,
-    /// Frames in view without a right pose, and the most of them without a right one between.
+    /// Number of frames in view without a right pose, and the longest run of them.
     missing: usize,
     longest: usize,
     losses: usize,
@@ -44,12 +44,12 @@ struct Figures {
 }
 
 impl Figures {
-    /// What is beyond its bound.
+    /// The figures that exceed their bounds.
     fn faults(&self, bounds: &Bounds) -> Vec<String> {
         let [distance, angle] =
             [&self.errors.distances, &self.errors.angles].map(|values| Quantiles::of(values.clone()).at(0.5));
         let longest = self.longest as f64 / RATE;
-        // Without a pose there is no median either.
+        // Without poses there is no median either.
         let checks = [
             (distance <= bounds.distance, format!("median of {distance:.2} cm")),
             (angle <= bounds.angle, format!("median of {angle:.2} deg")),
@@ -61,12 +61,12 @@ impl Figures {
     }
 }
 
-/// Follows each with the exact model of its surface and its exact pose in the first frame, and prints how far
-/// from the truth.
+/// Follows each of the ten things with the exact model of its surface and its exact pose in the first frame,
+/// and prints the errors.
 ///
 /// # Errors
 ///
-/// When a sequence does not keep its bounds.
+/// When a sequence exceeds its bounds.
 #[allow(clippy::print_stdout, reason = "a program for the terminal")]
 pub(crate) fn print_table(only: Option<&str>, has_depth: bool, handheld: bool) -> Result<(), AnyError> {
     let bounds = if has_depth { WITH_DEPTH } else { WITHOUT_DEPTH };
@@ -159,7 +159,7 @@ fn follow(
         if is_right {
             missing = 0;
         } else if is_in_view {
-            // Frames in which it is covered neither count nor begin anew.
+            // Frames in which the thing is occluded neither count nor end a run.
             missing += 1;
             figures.missing += 1;
             figures.longest = figures.longest.max(missing);
@@ -172,7 +172,7 @@ fn follow(
     Ok(figures)
 }
 
-/// The thing's surface as a map would know it: a cuboid, or the cloud of a cylinder.
+/// The thing's surface as a map would have it: a cuboid, or the points of a cylinder.
 fn model(thing: &CarriedThing, kind: CarriedKind) -> Result<ObjectModel, AnyError> {
     if !is_round(kind) {
         return Ok(ObjectModel::cuboid(thing.lengths)?);

@@ -3,11 +3,11 @@ use dymlm::geometry::convex_hull;
 use dymlm::tracking::ObjectModel;
 use dymlm_sim::SimulatedFrame;
 
-/// Share of the thing's outline that shows it from which on it counts as in view.
+/// Least share of the thing's outline that must show it for the thing to count as in view.
 pub(crate) const IN_VIEW: f64 = 1.0 / 3.0;
 
-/// Share of the carried thing's outline (the hull of its projected surface) in whose pixels it is seen: the
-/// rest lies behind hands or beyond the image. By the truth.
+/// True share of the carried thing's outline (the hull of its projected surface) in which the thing is
+/// visible: the rest is occluded by hands or outside the image.
 pub(crate) fn visible_share(frame: &SimulatedFrame, model: &ObjectModel) -> Option<f64> {
     let thing = frame.carried?;
     let camera_from_thing = frame.world_from_camera.inverse() * thing.world_from_object;

@@ -1,9 +1,9 @@
 use dymlm::core::Rgb;
 
-/// One of `OpenCV`'s weights: they are whole multiples of 1/2048.
+/// The weight 1 in `OpenCV`'s fixed point: weights are whole multiples of 1/2048.
 const ONE: f32 = 2048.0;
 
-/// The two pixels that a pixel of the scaled image lies between along one axis, and the weights of both.
+/// The two pixels between which a pixel of the scaled image is along one axis, and their weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Tap {
     pixels: [usize; 2],
@@ -14,10 +14,10 @@ struct Tap {
 /// last bit: pixels are squares (centres at halves), two neighbours along each axis are interpolated however
 /// much smaller the image becomes, in fixed point.
 ///
-/// A network sees what it was trained on: an interpolation that averages over all pixels when it makes an image
-/// smaller, as `image`'s does, loses detections.
+/// A network must see images scaled as in training: interpolation that averages over all pixels when it
+/// shrinks an image, as the crate `image` does, loses detections.
 ///
-/// An image that is empty, or of another number of pixels than `size` says, gives black.
+/// An image that is empty, or whose number of pixels is not that of `size`, gives black.
 ///
 /// ```
 /// let image = [[0; 3], [100; 3]];
@@ -31,7 +31,7 @@ pub fn resize_bilinear(image: &[Rgb], size: [usize; 2], new_size: [usize; 2]) ->
     }
     let columns = taps(width, new_size[0], Ends::Repeated);
     let rows = taps(height, new_size[1], Ends::Interpolated);
-    // Of the two rows between which the last row lay: neighbouring rows of the scaled image share them.
+    // The two scaled rows between which the last row was: neighbouring rows of the scaled image share them.
     let mut across: [(Option<usize>, Vec<[i32; 3]>); 2] = Default::default();
     for (scaled, tap) in scaled.chunks_exact_mut(new_size[0].max(1)).zip(&rows) {
         if across[1].0 == Some(tap.pixels[0]) {
@@ -51,17 +51,17 @@ pub fn resize_bilinear(image: &[Rgb], size: [usize; 2], new_size: [usize; 2]) ->
     scaled
 }
 
-/// What becomes of pixels whose neighbour lies outside the image.
+/// How pixels with a neighbour outside the image are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Ends {
-    /// They are the outermost pixel.
+    /// They copy the outermost pixel.
     Repeated,
-    /// They are interpolated between the outermost pixel and itself, which rounds in another way.
+    /// They are interpolated between the outermost pixel and itself, which rounds differently.
     Interpolated,
 }
 
-/// For each of `new_count` pixels along an axis of `count`, its neighbours. The first weights are rounded from
-/// `f32`, the place is worked out in `f64`: as `OpenCV` does.
+/// For each of `new_count` pixels along an axis of `count`, its neighbours. The first weights are rounded
+/// from `f32`, the position is computed in `f64`, as in `OpenCV`.
 fn taps(count: usize, new_count: usize, ends: Ends) -> Vec<Tap> {
     let last = count.saturating_sub(1) as i64;
     let scale = 1.0 / (new_count as f64 / count as f64);
@@ -89,8 +89,8 @@ fn interpolate_row(row: &[Rgb], columns: &[Tap], scaled: &mut Vec<[i32; 3]>) {
     }));
 }
 
-/// A value between two rows in 1/2048, rounded as `OpenCV` does: each share is cut off to a quarter before they are
-/// added.
+/// A value between two rows in 1/2048, rounded as `OpenCV` does: each share is truncated to quarters before
+/// they are added.
 fn between(upper: i32, lower: i32, weights: [i32; 2]) -> u8 {
     let share = |value: i32, weight: i32| (weight * (value >> 4)) >> 16;
     ((share(upper, weights[0]) + share(lower, weights[1]) + 2) >> 2).clamp(0, 255) as u8
@@ -136,7 +136,7 @@ mod tests {
         }
     }
 
-    /// The same by its definition, in real numbers and pixel by pixel: fixed point is off by one at most.
+    /// Compared with the definition, in real numbers and pixel by pixel: fixed point is off by at most one.
     #[test]
     fn it_is_bilinear_interpolation() {
         for (size, new_size) in [([17, 11], [7, 9]), ([9, 30], [31, 13]), ([2, 2], [5, 1]), ([1, 9], [4, 4])]

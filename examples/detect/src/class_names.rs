@@ -1,4 +1,4 @@
-/// The 80 classes of COCO in the order of their numbers, as dymlm's labels are spelled.
+/// The 80 classes of COCO in the order of their numbers, spelled like dymlm's labels.
 #[rustfmt::skip]
 pub const COCO_NAMES: [&str; 80] = [
     "person", "bicycle", "car", "motorcycle", "airplane", "bus", "train", "truck", "boat", "traffic light",

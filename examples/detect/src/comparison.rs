@@ -2,12 +2,12 @@ use std::fmt;
 
 use dymlm::core::Detection;
 
-/// Least intersection over union of two boxes that are said to be of the same thing.
+/// Least intersection over union at which two boxes count as the same thing.
 const SAME_THING: f64 = 0.5;
 /// Score from which a detection counts as a sure one.
 const SURE: f32 = 0.5;
 
-/// How much what was found differs from what somebody else found in the same images.
+/// How much detections differ from another detector's in the same images.
 ///
 /// ```
 /// use dymlm::core::{BoundingBox, Detection};
@@ -38,8 +38,8 @@ struct Counts {
 }
 
 impl Comparison {
-    /// Takes in what was found in an image, and what the other found in it. Boxes of the same label are matched one
-    /// to one, those first that overlap most, down to half.
+    /// Adds the detections in an image and the reference detections in it. Boxes of the same label are
+    /// matched one to one, those with the largest overlap first, down to an overlap of half.
     pub fn add(&mut self, found: &[Detection], reference: &[Detection]) {
         self.frames += 1;
         self.found.add(found);
@@ -58,12 +58,12 @@ impl Comparison {
         self.frames
     }
 
-    /// Detections found, and those of the reference.
+    /// Number of detections found, and number of the reference.
     pub fn counts(&self) -> [usize; 2] {
         [self.found.all, self.reference.all]
     }
 
-    /// The same of a score of 0.5 or more.
+    /// The same for detections with a score of 0.5 or more.
     pub fn sure_counts(&self) -> [usize; 2] {
         [self.found.sure, self.reference.sure]
     }
@@ -78,12 +78,12 @@ impl Comparison {
         if self.matched == 0 { 1.0 } else { self.sum_of_ious / self.matched as f64 }
     }
 
-    /// The lowest of a matched pair; 1 without any.
+    /// Lowest intersection over union of a matched pair; 1 without any.
     pub fn lowest_iou(&self) -> f64 {
         if self.matched == 0 { 1.0 } else { self.lowest_iou }
     }
 
-    /// Between two matched detections.
+    /// Largest difference of the scores of two matched detections.
     pub fn largest_score_difference(&self) -> f32 {
         self.largest_score_difference
     }
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn each_is_matched_once_and_by_its_own_label() {
         let mut comparison = Comparison::default();
-        // The second overlaps the reference more; the bowl and the far cup are nobody's.
+        // The second box overlaps the reference more; the bowl and the far cup have no match.
         let found = [detection("cup", 0.5, 2.0), detection("cup", 0.7, 1.0), detection("bowl", 0.9, 0.0)];
         comparison.add(&found, &[detection("cup", 0.75, 0.0), detection("cup", 0.5, 40.0)]);
         assert_eq!((comparison.frames(), comparison.matched()), (1, 1));

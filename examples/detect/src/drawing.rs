@@ -2,17 +2,16 @@ use dymlm::core::{ColorImage, Detection, Rgb};
 use dymlm::files::id_color;
 use dymlm_examples::Picture;
 
-/// Pixels that the sides of boxes are drawn with.
+/// Width of the lines of boxes, pixels.
 const THICKNESS: i64 = 2;
 /// Beyond all images, pixels.
 const FAR: f32 = 1e9;
 
-/// An image with the boxes of what was found in it; each label has a colour of its own, those of weak detections
-/// are darker.
+/// An image with the boxes of its detections; each label has a colour of its own, darker for weak detections.
 pub fn draw_boxes(image: &ColorImage, found: &[Detection]) -> Picture {
     let (width, height) = (image.width(), image.height());
     let mut picture = Picture { name: "detections.png", width, height, pixels: image.data().to_vec() };
-    // The best come last, over the others.
+    // The highest scores are drawn last, over the others.
     for detection in found.iter().rev() {
         let color =
             label_color(detection.label()).map(|value| (f32::from(value) * brightness(detection)) as u8);
@@ -21,7 +20,7 @@ pub fn draw_boxes(image: &ColorImage, found: &[Detection]) -> Picture {
     picture
 }
 
-/// Half for a score of 0, all for 1.
+/// Brightness of a box: half for a score of 0, full for 1.
 fn brightness(detection: &Detection) -> f32 {
     f32::midpoint(1.0, detection.score())
 }
@@ -39,7 +38,7 @@ fn draw_box(picture: &mut Picture, detection: &Detection, color: Rgb) {
     }
 }
 
-/// The same for a label in every picture: a bright colour from its letters (FNV-1a).
+/// The colour of a label, the same in every picture: a bright colour from its letters (FNV-1a).
 fn label_color(label: &str) -> Rgb {
     let hash = label.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -61,7 +60,7 @@ mod tests {
         let drawn = |u: usize, v: usize| picture.pixels[v * 20 + u] != [7; 3];
         assert!(drawn(4, 3) && drawn(5, 4) && drawn(19, 12) && drawn(4, 12));
         assert!(!drawn(3, 3) && !drawn(6, 5) && !drawn(19, 10) && !drawn(4, 13));
-        // Two rows above and below, two columns at the left; the right side lies outside.
+        // Two rows above and below, two columns at the left; the right side is outside the image.
         assert_eq!(picture.pixels.iter().filter(|&&pixel| pixel != [7; 3]).count(), 4 * 16 + 2 * 6);
         let all =
             Detection::new("cup", 1.0, BoundingBox::new(f32::MIN, f32::MIN, f32::MAX, f32::MAX).unwrap());

@@ -3,27 +3,27 @@ use std::path::PathBuf;
 
 use dymlm::core::ConfigError;
 
-/// Why a network cannot be used, or does not work on an image.
+/// Why a network cannot be used, or fails on an image.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The operating system refused.
+    /// The file cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
         /// The network's file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The file holds no ONNX network, or one with operations that tract does not have.
-    #[error("{}: no network that tract can run: {reason}", path.display())]
+    /// The file is not an ONNX network, or has operations that tract does not support.
+    #[error("{}: not a network that tract can run: {reason}", path.display())]
     Unreadable {
         /// The network's file.
         path: PathBuf,
-        /// What tract said.
+        /// tract's error.
         reason: String,
     },
-    /// A network of another kind: its input or its output is not YOLOX's.
+    /// A network whose input or output is not YOLOX's.
     #[error("{}: not a YOLOX network: {reason}", path.display())]
     NotYolox {
         /// The network's file.
@@ -31,7 +31,7 @@ pub enum Error {
         /// What differs.
         reason: String,
     },
-    /// Names for another number of classes.
+    /// The number of names is not the number of classes.
     #[error("{}: {names} class names for a network of {classes} classes", path.display())]
     ClassNames {
         /// The network's file.
@@ -44,14 +44,15 @@ pub enum Error {
     /// An option outside its allowed range.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The network broke off.
-    #[error("the network broke off: {reason}")]
+    /// The network failed while it ran.
+    #[error("the network failed while it ran: {reason}")]
     Run {
-        /// What tract said.
+        /// tract's error.
         reason: String,
     },
-    /// The network's output is no detection: a score that is no probability, or a box without place.
-    #[error("row {row} of the network's output is no detection: score {score}, box {sides:?}")]
+    /// A row of the network's output is not a detection: the score is not a probability, or the box is not
+    /// finite.
+    #[error("row {row} of the network's output is not a detection: score {score}, box {sides:?}")]
     Output {
         /// The row, from 0.
         row: usize,
@@ -60,7 +61,7 @@ pub enum Error {
         /// Left, upper, right and lower side in the network's pixels.
         sides: [f32; 4],
     },
-    /// An image that cannot be scaled into the network's square: a side of it would have no pixel.
+    /// An image that cannot be scaled into the network's input: one of its sides would have no pixel.
     #[error("an image of {width}x{height} pixels cannot be scaled into {network_width}x{network_height}")]
     ImageSize {
         /// The image's width, pixels.

@@ -5,8 +5,8 @@ use dymlm_io::{Error, FrameBuffers, McapOptions, McapRecording, TumDataset, TumO
 
 /// The colour images of a recording's frames, one after the other.
 ///
-/// Those of a folder as they are stored, which is what the boxes of its `detections.jsonl` are for; those of a bag
-/// as its frames have them, with the lens's distortion taken out.
+/// The images of a folder are those stored in it, to which the boxes of its `detections.jsonl` refer; the
+/// images of a bag are rectified, as in its frames.
 #[derive(Debug)]
 pub enum ImageSource {
     /// A TUM RGB-D folder.
@@ -16,7 +16,7 @@ pub enum ImageSource {
 }
 
 impl ImageSource {
-    /// Opens a TUM RGB-D folder or an MCAP file; of its frames every `every`-th is there.
+    /// Opens a TUM RGB-D folder or an MCAP file; only every `every`-th frame is used.
     ///
     /// # Errors
     ///
@@ -46,7 +46,7 @@ impl ImageSource {
         self.len() == 0
     }
 
-    /// What is wrong with the recording's lists, worth a warning each.
+    /// Problems in the recording's lists, one warning for each.
     pub fn warnings(&self) -> Vec<String> {
         match self {
             Self::Tum(dataset) => dataset.warnings(),
@@ -54,7 +54,7 @@ impl ImageSource {
         }
     }
 
-    /// The time that detections in a frame bear, seconds: its colour image's.
+    /// The time for detections in a frame, seconds: that of its colour image.
     pub fn timestamp(&self, index: usize) -> Option<f64> {
         let (color, depth) = match self {
             Self::Tum(dataset) => {
@@ -71,7 +71,7 @@ impl ImageSource {
     ///
     /// # Errors
     ///
-    /// [`Error::NoFrame`]; when the image cannot be read; of a bag also when the frame has no pose.
+    /// [`Error::NoFrame`]; when the image cannot be read; for a bag, also when the frame has no pose.
     pub fn load(&mut self, index: usize) -> Result<Option<ColorImage>, Error> {
         match self {
             Self::Tum(dataset) => {

@@ -1,14 +1,14 @@
 //! YOLOX (Ge et al. 2021, arXiv:2107.08430) in Rust, by `tract`: detections in colour images without Python,
 //! GPU or C libraries.
 //!
-//! - [`Yolox`]: a network's file, and what it finds in an image.
+//! - [`Yolox`]: a network and its detections in an image.
 //! - [`ImageSource`]: the colour images of a recording.
 //! - [`Comparison`]: how much two detectors' results differ.
-//! - [`draw_boxes`]: a picture to look at.
+//! - [`draw_boxes`]: a picture of the detections.
 //!
 //! The steps are those of YOLOX's own demonstration: the image is scaled by [`OpenCV`'s bilinear
-//! interpolation](resize_bilinear) into the network's square, the rows of the output are decoded, and of boxes of
-//! one class that overlap the better one stays.
+//! interpolation](resize_bilinear) into the network's square, the rows of the output are decoded, and of
+//! overlapping boxes of one class, the one with the higher score is kept.
 
 mod bilinear;
 mod class_names;

@@ -7,7 +7,8 @@ use tract_onnx::tract_hir::internal::{DimLike, Factoid};
 use crate::Error;
 use crate::output_grid::OutputGrid;
 
-/// Most pixels of a network's input, 4096x4096: a damaged file shall not ask for more memory than there is.
+/// Most pixels of a network's input, 4096x4096, so that a damaged file cannot request more memory than there
+/// is.
 const MAX_INPUT_PIXELS: usize = 1 << 24;
 
 /// A YOLOX network, read from its file and optimized for this machine.
@@ -42,12 +43,12 @@ impl Network {
         self.size
     }
 
-    /// How its output is to be read.
+    /// How to read its output.
     pub(crate) fn grid(&self) -> &OutputGrid {
         &self.grid
     }
 
-    /// The output, row by row, for three planes of the input's size.
+    /// Runs the network on three planes of the input's size; returns the output row by row.
     ///
     /// # Errors
     ///
@@ -64,8 +65,8 @@ impl Network {
     }
 }
 
-/// Width and height of the one input of a network, which must take an image of three channels; else what it is
-/// instead.
+/// Width and height of a network's only input, which must be an image of three channels; else a description
+/// of what it is instead.
 fn input_size(model: &InferenceModel) -> Result<[usize; 2], String> {
     let &[input] = model.inputs.as_slice() else {
         return Err(format!("{} inputs instead of one", model.inputs.len()));
@@ -75,7 +76,7 @@ fn input_size(model: &InferenceModel) -> Result<[usize; 2], String> {
     let sides: Vec<Option<usize>> =
         fact.shape.dims().map(|side| side.concretize().and_then(|side| side.to_usize().ok())).collect();
     match *sides.as_slice() {
-        // Networks that take several images at once leave their number open.
+        // Networks that accept several images at once leave their number open.
         [Some(1) | None, Some(3), Some(height), Some(width)]
             if is_float && width.checked_mul(height).is_some_and(|pixels| pixels <= MAX_INPUT_PIXELS) =>
         {
@@ -85,7 +86,7 @@ fn input_size(model: &InferenceModel) -> Result<[usize; 2], String> {
     }
 }
 
-/// Rows and columns of the one output of a network; else what it is instead.
+/// Rows and columns of a network's only output; else a description of what it is instead.
 fn output_size(plan: &TypedRunnableModel) -> Result<[usize; 2], String> {
     let model = plan.model();
     let &[output] = model.outputs.as_slice() else {
@@ -104,7 +105,7 @@ fn runnable(model: InferenceModel, [width, height]: [usize; 2]) -> TractResult<A
     model.with_input_fact(0, fact)?.into_optimized()?.into_runnable()
 }
 
-/// What tract says, with all that led to it.
+/// tract's error with all its causes.
 fn reason(error: &TractError) -> String {
     format!("{error:#}")
 }

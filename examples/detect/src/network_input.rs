@@ -2,25 +2,26 @@ use dymlm::core::{BoundingBox, ColorImage};
 
 use crate::{Error, resize_bilinear};
 
-/// What YOLOX's training pads images with.
+/// The value with which YOLOX pads images in training.
 const PADDING: f32 = 114.0;
 
-/// How images of one size are fed to a network: scaled to fit, with their proportions kept, at the top left.
+/// How images of one size are placed in a network's input: scaled to fit with their proportions kept, at the
+/// top left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NetworkInput {
     image: [usize; 2],
     network: [usize; 2],
-    /// Network pixels a pixel of the image.
+    /// Network pixels for each pixel of the image.
     scale: f64,
     scaled: [usize; 2],
 }
 
 impl NetworkInput {
-    /// Of images of `image` (width, height) pixels for a network of `network` ones.
+    /// For images of `image` (width, height) pixels and a network with an input of `network` pixels.
     ///
     /// # Errors
     ///
-    /// [`Error::ImageSize`] when an image is so much longer than wide that no pixel of its width is left.
+    /// [`Error::ImageSize`] when an image is so elongated that no pixel of its shorter side is left.
     pub(crate) fn new(image: [usize; 2], network: [usize; 2]) -> Result<Self, Error> {
         let ratio = |axis: usize| network[axis] as f64 / image[axis] as f64;
         let scale = ratio(0).min(ratio(1));
@@ -52,7 +53,7 @@ impl NetworkInput {
         planes
     }
 
-    /// The part of a box of the network that lies on the image, in the image's pixels; `None` when it lies in the
+    /// The part of a network's box that is on the image, in the image's pixels; `None` when the box is in the
     /// padding.
     pub(crate) fn box_in_image(&self, bounding_box: BoundingBox) -> Option<BoundingBox> {
         let sides = <[f32; 4]>::from(bounding_box).map(|side| side / self.scale as f32);

@@ -2,12 +2,12 @@ use dymlm::core::BoundingBox;
 
 use crate::Error;
 
-/// Network pixels a cell of the three grids that YOLOX looks with.
+/// Side of a cell in YOLOX's three grids, network pixels.
 const STRIDES: [usize; 3] = [8, 16, 32];
-/// Of a row of the output: centre and size of the box, and whether there is anything.
+/// Columns of a row before the classes: centre and size of the box, and the objectness.
 const BEFORE_CLASSES: usize = 5;
 
-/// What a row of the output says: there is something of a class in a box.
+/// A detection in a row of the output: class, score and box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Candidate {
     pub(crate) class: usize,
@@ -16,11 +16,11 @@ pub(crate) struct Candidate {
     pub(crate) bounding_box: BoundingBox,
 }
 
-/// The rows of a network's output, one a cell of each grid: the grids in the order of their strides, the cells
-/// row by row.
+/// The rows of a network's output, one for each cell of each grid: the grids in the order of their strides,
+/// the cells row by row.
 ///
-/// A row is x, y, w, h, whether there is anything, and a probability for each class. The box's centre is (x, y)
-/// cells from its own cell's corner, its size e^w times e^h cells (Ge et al. 2021, section 2.1).
+/// A row is x, y, w, h, the objectness, and a probability for each class. The box's centre is (x, y) cells
+/// from its own cell's corner, its size e^w times e^h cells (Ge et al. 2021, section 2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OutputGrid {
     network: [usize; 2],
@@ -28,8 +28,8 @@ pub(crate) struct OutputGrid {
 }
 
 impl OutputGrid {
-    /// Of the output of a network with an input of `network` (width, height) pixels, `rows` times `columns`; else
-    /// what is wrong with it.
+    /// For a network with an input of `network` (width, height) pixels and an output of `rows` times
+    /// `columns`; else a description of what is wrong with the output.
     pub(crate) fn new(network: [usize; 2], [rows, columns]: [usize; 2]) -> Result<Self, String> {
         let [width, height] = network;
         let largest = STRIDES.into_iter().max().unwrap_or(1);
@@ -51,11 +51,11 @@ impl OutputGrid {
         self.classes
     }
 
-    /// The rows whose best class scores `min_score` or more, in their order.
+    /// The rows whose best class scores at least `min_score`, in order.
     ///
     /// # Errors
     ///
-    /// [`Error::Output`] when a score is no probability, or a box that counts is not finite.
+    /// [`Error::Output`] when a score is not a probability, or the box of a returned row is not finite.
     pub(crate) fn candidates(&self, output: &[f32], min_score: f32) -> Result<Vec<Candidate>, Error> {
         let mut found = Vec::new();
         let rows = output.chunks_exact(BEFORE_CLASSES + self.classes);
@@ -89,8 +89,8 @@ impl OutputGrid {
     }
 }
 
-/// The class of the highest probability, the first of those with the same; a NaN among them is the highest, so
-/// that it shows.
+/// The class with the highest probability, the first one if several are equal; a NaN counts as the highest,
+/// so that it is noticed.
 fn best_of(classes: &[f32]) -> (usize, f32) {
     let mut best = (0, f32::NEG_INFINITY);
     for (class, &probability) in classes.iter().enumerate() {

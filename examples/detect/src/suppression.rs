@@ -1,8 +1,8 @@
 use crate::output_grid::Candidate;
 
 /// Non-maximum suppression class by class: of two boxes of one class that overlap by more than `max_overlap`
-/// (intersection over union), the one with the lower score goes, unless that which it overlaps has gone itself.
-/// The best come first; of equal scores the one that came first.
+/// (intersection over union), the one with the lower score is removed, unless the other one was removed
+/// itself. The best come first; of equal scores the one that came first.
 pub(crate) fn suppress(mut candidates: Vec<Candidate>, max_overlap: f64) -> Vec<Candidate> {
     candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept: Vec<Candidate> = Vec::new();
@@ -28,7 +28,7 @@ mod tests {
 
     #[test]
     fn what_overlaps_only_a_suppressed_box_stays() {
-        // By 1/4 (a and c), 7/13 (a and b) and 3/5 (b and c).
+        // The overlaps are 1/4 (a and c), 7/13 (a and b) and 3/5 (b and c).
         let (a, b, c) = (candidate(0, 0.9, 0.0), candidate(0, 0.8, 3.0), candidate(0, 0.7, 6.0));
         assert_eq!(suppress(vec![c, b, a], 0.45), [a, c]);
         assert_eq!(suppress(vec![c, b, a], 0.6), [a, b, c]);
@@ -72,7 +72,8 @@ mod tests {
     }
 
     proptest! {
-        /// By the definition: again and again the best that is left is taken, and what it suppresses goes.
+        /// By the definition: repeatedly, the best remaining candidate is kept, and those that it suppresses
+        /// are removed.
         #[test]
         fn it_is_that_of_the_definition(candidates in prop::collection::vec(any_candidate(), 0..24), limit in 0.0..1.0) {
             let mut left = candidates.clone();

@@ -9,7 +9,7 @@ use crate::output_grid::Candidate;
 use crate::suppression::suppress;
 use crate::{Error, YoloxConfig};
 
-/// A YOLOX network and how it is asked.
+/// A YOLOX network and its config.
 ///
 /// ```no_run
 /// use dymlm_detect::{Yolox, YoloxConfig};
@@ -29,15 +29,15 @@ pub struct Yolox {
 }
 
 impl Yolox {
-    /// Opens a network as YOLOX exports it to ONNX: the input one image, 3 x height x width, blue, green and red,
-    /// 0..=255; the output raw, that is not with boxes in pixels (`--decode_in_inference`), but with scores that
-    /// went through the sigmoid. Networks of releases before 0.1.1, which took normalized images, find nothing.
+    /// Opens a network as YOLOX exports it to ONNX: the input one image, 3 x height x width, blue, green and
+    /// red, 0..=255; the output raw, without `--decode_in_inference` (boxes in pixels), but with scores after
+    /// the sigmoid. Networks of releases before 0.1.1, which took normalized images, find nothing.
     ///
     /// # Errors
     ///
     /// [`Error::Io`]; [`Error::Unreadable`] when the file holds no network that tract can run;
-    /// [`Error::NotYolox`] when its input or output differs; [`Error::ClassNames`] when the config has names
-    /// for another number of classes; [`Error::Config`].
+    /// [`Error::NotYolox`] when its input or output differs; [`Error::ClassNames`] when the config's number
+    /// of names is not the number of classes; [`Error::Config`].
     pub fn open(path: impl AsRef<Path>, config: YoloxConfig) -> Result<Self, Error> {
         config.validate()?;
         let path = path.as_ref().to_path_buf();
@@ -59,13 +59,14 @@ impl Yolox {
         self.network.size()
     }
 
-    /// What is in an image of any size: boxes in its pixels, the best first. The same image gives the same bits on
-    /// the same machine; other processors have other kernels, which round in another order.
+    /// The detections in an image of any size, with boxes in its pixels, the highest score first. The same
+    /// image gives the same bits on the same machine; other processors have other kernels, which round
+    /// differently.
     ///
     /// # Errors
     ///
-    /// [`Error::ImageSize`] when a side of the image is a pixel or so to the network; [`Error::Output`] when the
-    /// network's output is none of YOLOX's; [`Error::Run`].
+    /// [`Error::ImageSize`] when a side of the image has no pixel at the network's scale; [`Error::Output`]
+    /// when a row of the network's output is not a detection; [`Error::Run`].
     pub fn detect(&self, image: &ColorImage) -> Result<Vec<Detection>, Error> {
         let input = NetworkInput::new([image.width(), image.height()], self.network.size())?;
         let output = self.network.run(&input.planes(image))?;

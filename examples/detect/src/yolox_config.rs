@@ -2,17 +2,17 @@ use dymlm::core::{ConfigError, check_range};
 
 use crate::COCO_NAMES;
 
-/// Which of a network's boxes are detections, and what they are called.
+/// Thresholds and class names for a network's boxes.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct YoloxConfig {
-    /// Least score of a detection, 0..=1. Default 0.25, as YOLO's tools show. Lower ones cost more false boxes;
-    /// the tracking takes weak boxes of what it follows already.
+    /// Least score of a detection, 0..=1. Default 0.25, as in YOLO's tools. A lower value gives more false
+    /// boxes; the tracking uses weak boxes only for movers that it follows already.
     pub min_score: f32,
-    /// Intersection over union above which the weaker of two boxes of one class goes, 0..=1. Default 0.45, as
-    /// in YOLOX's demonstration.
+    /// Intersection over union above which the weaker of two boxes of one class is removed, 0..=1. Default
+    /// 0.45, as in YOLOX's demonstration.
     pub max_overlap: f64,
-    /// What the classes are called, in the order of their numbers. Default: COCO's 80.
+    /// Names of the classes in the order of their numbers. Default: COCO's 80.
     pub class_names: Vec<String>,
 }
 

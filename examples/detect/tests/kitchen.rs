@@ -1,11 +1,12 @@
-//! Detections in the recorded kitchen beside those that came with it, which the same network made elsewhere.
+//! Compares detections in the recorded kitchen with those stored with it, which the same network made
+//! elsewhere.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use dymlm_detect::{Comparison, ImageSource, Yolox, YoloxConfig};
 use dymlm_io::{DetectionFile, read_class_names};
 use dymlm_test_support::recording;
 
-/// Every tenth frame of both kitchens; `detect --compare` says the same of all.
+/// Every tenth frame of both kitchens; `detect --compare` prints the same for all frames.
 #[test]
 fn detections_are_those_that_came_with_the_recordings() {
     let Some(network) = recording("models/yolox_nano.onnx") else { return };

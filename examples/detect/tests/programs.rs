@@ -1,4 +1,4 @@
-//! `detect` and `build_map` as programs, on a recording and with a network made here.
+//! Tests of the programs `detect` and `build_map`, on a recording and with a network made here.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod common;
@@ -47,7 +47,7 @@ impl Recorded {
         self.path(name).to_str().unwrap().to_owned()
     }
 
-    /// Gives the colour camera a lens that distorts.
+    /// Gives the colour camera a lens with distortion.
     fn distort(&self) {
         let path = self.path("dataset/camera.json");
         let camera = fs::read_to_string(&path).unwrap();
@@ -77,7 +77,7 @@ fn detect(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_detect")).args(arguments).output().unwrap()
 }
 
-/// What the camera sees: the person is in another cell of the upper rows every other frame.
+/// The camera's images: every other frame, the person is in another cell of the upper rows.
 fn images(index: usize) -> (ColorImage, DepthImage) {
     let (chair, person) = ([SIDE, 2 * SIDE], [index / 2 * SIDE, SIDE]);
     let color = image_of(SIZE, &[(RED, chair, SIDE), (BLUE, person, SIDE)]);
@@ -194,7 +194,7 @@ fn a_bag_has_a_line_for_each_frame() {
 #[test]
 fn an_interrupted_run_writes_what_it_has() {
     let recorded = Recorded::new();
-    // Each image is read again and again, so that the run is long enough to be interrupted in any case.
+    // Each image is listed many times, so that the run is long enough to be interrupted in any case.
     let list = fs::read_to_string(recorded.path("dataset/associations.txt")).unwrap();
     let line = list.lines().find(|line| !line.starts_with('#')).unwrap();
     let images: Vec<&str> = line.split_whitespace().collect();
@@ -212,7 +212,7 @@ fn an_interrupted_run_writes_what_it_has() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    // Something is written, under another name, before it is interrupted.
+    // The output has begun, under another name, before the interruption.
     let has_begun = || {
         let entries = fs::read_dir(recorded.folder.path()).unwrap().flatten();
         entries
@@ -230,7 +230,7 @@ fn an_interrupted_run_writes_what_it_has() {
     assert!(file.faults().is_empty() && (1..200_000).contains(&file.len()));
 }
 
-/// Also where the lens distorts: both look at the images as they are stored.
+/// This holds with a distorting lens too: both programs run on the stored images.
 #[test]
 fn maps_built_with_the_detector_are_those_of_its_file() {
     for is_distorted in [false, true] {

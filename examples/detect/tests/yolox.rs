@@ -1,4 +1,4 @@
-//! Networks made by hand: what they find, and which files are refused.
+//! Tests with networks made by hand: their detections, and which files are refused.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod common;
@@ -27,7 +27,7 @@ fn squares_are_found_where_they_are_and_named() {
         let network = ColorNetwork { any_batch, ..ColorNetwork::new([64, 64], 8) };
         let yolox = open(&network).unwrap();
         assert_eq!(yolox.input_size(), [64, 64]);
-        // Half as large to the network: squares of 8, on cells of its finest grid.
+        // The network sees the image at half its size: squares of 8 pixels, on cells of its finest grid.
         let image = image_of([128, 96], &[(RED, [32, 16], 16), (BLUE, [112, 80], 16)]);
         let found = yolox.detect(&image).unwrap();
         let mut found: Vec<_> =
@@ -55,7 +55,7 @@ fn inputs_may_be_wider_than_high_and_images_of_any_size() {
         }
         assert!(found[0].score() > 0.99);
     }
-    // The largest proportion of which a row of pixels is left: 32 to 1.
+    // At the most elongated proportion, 32 to 1, one row of pixels is left.
     assert!(yolox.detect(&image_of([4096, 32], &[])).unwrap().is_empty());
     let error = yolox.detect(&image_of([4096, 31], &[])).unwrap_err().to_string();
     assert!(error.contains("4096x31"), "{error}");

@@ -1,11 +1,11 @@
-// The dense cloud, and in the same way the traces that were removed from it: points.
+// The points of the dense cloud, and the removed traces of movers, drawn in the same way.
 
 import * as THREE from "three";
 import { hideOuterSide, inwardDirections } from "./outer_sides.js";
 import { readPlaces } from "./sections.js";
 
 const REMOVED_COLOR = 0xd11a2a;
-/** Points are drawn a little larger than their voxels, so that surfaces close. */
+/** Points are drawn a little larger than their voxels, so that surfaces have no gaps. */
 const SHARE_OF_VOXEL = 1.35;
 
 /** The static cloud in its colours; grey where it has none. */
@@ -23,7 +23,7 @@ export async function cloudLayer(layer, planes, up) {
     return new THREE.Points(geometry, material);
 }
 
-/** What movers have left in the cloud, and the evidence has taken out. */
+/** The traces of movers that the evidence has removed from the cloud. */
 export async function removedLayer(layer) {
     const { positions } = await readPlaces(layer);
     const material = new THREE.PointsMaterial({ size: SHARE_OF_VOXEL * layer.point_size, color: REMOVED_COLOR });

@@ -1,19 +1,19 @@
-// What is known of the chosen plane or object.
+// The panel with the details of the chosen plane or object.
 
 import { css } from "./colors.js";
 import { element } from "./elements.js";
 import { count, metres, percent, seconds, size, vector, words } from "./format.js";
 
-/** Labels that less of the evidence speaks for, or that come after so many others, are left out. */
+/** Least share of the evidence for a label to be listed, and most labels that are listed. */
 const LEAST_SHARE = 0.02;
 const MOST_LABELS = 4;
 
-/** Fills the panel with a thing {kind, id}, or with how to choose one. `choose` chooses another. */
+/** Fills the panel with the details of a thing {kind, id}, or with a hint; `choose` chooses another thing. */
 export function showDetails(panel, data, thing, choose) {
     const content = thing ? detailsOf(data, thing, choose) : [hint()];
     panel.replaceChildren(...content);
     if (thing) {
-        // Where the column beside the maps is longer than they are.
+        // Scrolls the panel into view if the column beside the maps is longer than they are.
         const column = panel.closest("aside");
         column.scrollTop = Math.max(column.scrollTop, panel.offsetTop + panel.offsetHeight - column.clientHeight + 8);
     }
@@ -85,14 +85,14 @@ function objectRows(data, object, choose) {
     return rows;
 }
 
-/** The label, and what else it was taken for, where that is worth a word. */
+/** The label, and its alternatives with their shares, if there are any. */
 function labels(object) {
     const likely = object.labels.filter(([, share]) => share >= LEAST_SHARE).slice(0, MOST_LABELS);
     const shares = likely.map(([label, share]) => `${label} ${percent(share)}`);
     return shares.length > 1 ? `${object.label} (${shares.join(", ")})` : object.label;
 }
 
-/** What a plane may be, by its normal. */
+/** Describes a plane's orientation by its normal. */
 function attitude(up, normal) {
     const cosine = up.reduce((sum, value, axis) => sum + value * normal[axis], 0);
     if (cosine > 0.97) {
@@ -114,7 +114,7 @@ function times(data, { first_seen: first, last_seen: last }) {
     return [first, last].map((time) => seconds(time - data.start)).join(", ");
 }
 
-/** What has happened to it, the oldest first. */
+/** The list of its events, the oldest first. */
 function historyOf(data, record) {
     const lines = record.events.map((event) =>
         element("li", {}, [

@@ -1,4 +1,4 @@
-// Building the page's elements without markup in strings, so that no label of a detector becomes markup.
+// Builds the page's elements without markup in strings, so that no label of a detector becomes markup.
 
 /** An element with attributes (`class`, `text`, listeners as onclick) and children. */
 export function element(tag, attributes = {}, children = []) {
@@ -16,7 +16,7 @@ export function element(tag, attributes = {}, children = []) {
     return made;
 }
 
-/** The same of SVG. */
+/** The same for SVG. */
 export function svg(tag, attributes = {}, children = []) {
     const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
     for (const [name, value] of Object.entries(attributes)) {

@@ -1,12 +1,12 @@
-// How far the maps reach, strays left out, and how the camera looked at them.
+// The extent of the maps without strays, and the camera's main direction of view.
 
 import * as THREE from "three";
 
-/** Share of the places that may lie outside at each side. */
+/** Share of the places that may be outside on each side. */
 const STRAYS = 0.004;
 const MOST_PLACES = 5000;
 
-/** Some of the places of an array of positions, evenly, turned as `world` is. */
+/** An even sample of an array of positions, rotated like `world`. */
 export function somePlaces(positions, world) {
     const stride = 3 * Math.max(1, Math.ceil(positions.length / 3 / MOST_PLACES));
     const places = [];
@@ -31,7 +31,7 @@ export function boundsOf(places) {
     return new THREE.Box3(low, high);
 }
 
-/** The level direction in which the camera mostly looked, turned as `world` is; zero when it looked all around. */
+/** The level direction in which the camera mostly looked, rotated like `world`; zero when it looked all around. */
 export function lookedAlong(rotations, world) {
     const sum = new THREE.Vector3();
     for (const rotation of rotations) {

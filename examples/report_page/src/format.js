@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Formats numbers for people.
 
 /** 12345 as "12,345". */
 export function count(value) {
@@ -20,7 +20,7 @@ export function vector(values) {
     return values.map((value) => value.toFixed(2)).join(", ");
 }
 
-/** Seconds since the first frame; what maps that were resumed know from before it is negative. */
+/** Seconds since the first frame; negative for events of resumed maps before it. */
 export function seconds(value) {
     return `${value.toFixed(1).replace("-", "\u2212")} s`;
 }

@@ -1,8 +1,8 @@
-// The slider that hides what is above a height: indoors the ceiling, or all but the floor.
+// The slider that hides everything above a height: indoors the ceiling, or all but the floor.
 
 import { metres } from "./format.js";
 
-/** `lowest`, `highest` and `start` are heights of the turned world, `floor` the one that is called zero. */
+/** `lowest`, `highest` and `start` are heights in the rotated world; `floor` is the height that is shown as zero. */
 export function addHeightCut({ slider, output }, viewer, { lowest, highest, start, floor }) {
     slider.min = lowest.toFixed(2);
     slider.max = (highest + 0.01).toFixed(2);

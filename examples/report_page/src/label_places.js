@@ -1,4 +1,4 @@
-// Labels that would lie over nearer ones are left out; the chosen thing's never is.
+// Hides labels that would overlap nearer ones, but never the chosen thing's.
 
 import * as THREE from "three";
 
@@ -20,14 +20,14 @@ export function keepLabelsApart(viewer, layers, things) {
     });
 }
 
-/** Where a thing's label is on the picture, from -1 to 1, and how far away. */
+/** The position of a thing's label in the picture, from -1 to 1, and its distance. */
 function place(viewer, child, selected) {
     const sprite = child.children.find((part) => part.isSprite);
     const center = viewer.world.localToWorld(sprite.position.clone());
     const { thing } = child.userData;
     const distance = center.distanceTo(viewer.camera.position);
     center.project(viewer.camera);
-    // Sprites of one size are scaled by the view's height at distance 1.
+    // Sprites of constant size are scaled by the view's height at distance 1.
     const scale = viewer.camera.projectionMatrix.elements;
     return {
         sprite, distance, center,

@@ -1,4 +1,4 @@
-// A text that always faces the viewer and is always of one size.
+// A text that always faces the viewer and always has the same size.
 
 import * as THREE from "three";
 

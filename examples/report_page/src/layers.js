@@ -1,4 +1,4 @@
-// What can be shown and hidden: each map once, with a checkbox.
+// The layers that can be shown and hidden, each with a checkbox.
 
 import { cloudLayer, removedLayer } from "./cloud_layer.js";
 import { element } from "./elements.js";
@@ -8,7 +8,7 @@ import { octreeLayer } from "./octree_layer.js";
 import { planeLayer } from "./plane_layer.js";
 import { moversLayer, trajectoryLayer } from "./way_layers.js";
 
-/** name: what it is called by `window.dymlmReport` and in the checkbox's id; isRare: not listed when it is empty. */
+/** name: the layer's name in `window.dymlmReport` and in the checkbox's id; isRare: not listed when it is empty. */
 function layersOf(data) {
     const { cloud, octree, planes, objects, gone, trajectory, movers, removed } = data;
     return [
@@ -57,7 +57,7 @@ function removedNote({ of, count: shown }) {
     return of > shown ? `${note}, some of ${count(of)} voxels` : note;
 }
 
-/** The checkboxes. A layer is unpacked when it is first shown. Gives {name: {show(isShown), object}}. */
+/** Adds the checkboxes. A layer is unpacked when it is first shown. Returns {name: {show(isShown), object}}. */
 export function addLayers(list, viewer, data) {
     const layers = {};
     for (const layer of layersOf(data).filter((layer) => layer.count > 0 || !layer.isRare)) {

@@ -1,4 +1,4 @@
-// Lines of a width in pixels, which the browsers' own lines do not have.
+// Lines with a width in pixels, which WebGL's own lines do not have.
 
 import * as THREE from "three";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
@@ -13,7 +13,7 @@ export function segments(pairs, color, width, options = {}) {
     if (material.dashed) {
         lines.computeLineDistances();
     }
-    // They are looked at, not clicked.
+    // Clicks go through lines.
     lines.raycast = () => {};
     return lines;
 }

@@ -1,4 +1,4 @@
-// The page of a run: four maps to look at, what is in them, and what building them took.
+// The page of a run: four maps in 3D, their contents, and the cost of building them.
 
 import { showDetails } from "./details_panel.js";
 import { boundsOf, lookedAlong, somePlaces } from "./extent.js";
@@ -16,7 +16,7 @@ import { Viewer } from "./viewer.js";
 
 const part = (id) => document.getElementById(id);
 
-/** The 3D view with all that works on it. */
+/** The 3D view with its controls. */
 async function showMaps(data) {
     const viewer = new Viewer(part("view"));
     viewer.setUp(data.up, data.level);
@@ -54,12 +54,12 @@ async function showMaps(data) {
     return { viewer, things };
 }
 
-/** The cloud, or where it is empty the way of the camera. */
+/** The places of the cloud, or of the camera's path if the cloud is empty. */
 function shownPositions(layers, data) {
     return layers.cloud.object?.geometry.getAttribute("position").array ?? data.trajectory.positions.flat();
 }
 
-/** What a test of the page asks: when it is drawn, and where things are in the window. */
+/** The interface for tests of the page: whether it is drawn, and where things are in the window. */
 function offerToTests({ viewer, things }, data) {
     const hook = {
         data,
@@ -79,7 +79,7 @@ async function run() {
     try {
         offerToTests(await showMaps(data), data);
     } catch (error) {
-        // Without WebGL plots and tables are still of use.
+        // Without WebGL, plots and tables still work.
         part("fault").hidden = false;
         part("fault").textContent = `The maps cannot be shown in this browser: ${error.message}`;
     }

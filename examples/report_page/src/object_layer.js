@@ -15,7 +15,7 @@ export function objectLayer(objects, up) {
     return group;
 }
 
-/** Objects that were in the map and are no more, where they were seen last. */
+/** Objects that were in the map and are gone, where they were last seen. */
 export function goneLayer(objects, up) {
     const group = new THREE.Group();
     const dashes = { dashed: true, dashSize: 0.03, gapSize: 0.02 };
@@ -30,10 +30,10 @@ function shapeObject(object, kind, color, up, lineOptions) {
         color: shade, transparent: true, opacity: OPACITY, depthWrite: false, side: THREE.DoubleSide,
     });
     const mesh = new THREE.Mesh(isBox ? new THREE.BoxGeometry() : new THREE.SphereGeometry(0.5, 24, 16), material);
-    // The lines are scaled by hand: the width of their dashes must not be.
+    // The line's points are scaled instead of the object, so that the dashes keep their size.
     const lines = segments(scaled(isBox ? boxPairs() : sphereCirclePairs(), object.dimensions), shade, 2.5, lineOptions);
     const body = new THREE.Group();
-    // A box without thickness has no inverse: as thin as can be.
+    // A box without thickness has no inverse matrix, so it gets the least thickness.
     mesh.scale.set(...object.dimensions.map((length) => Math.max(length, 1e-4)));
     body.add(mesh, lines);
     body.quaternion.set(...object.rotation);
@@ -60,7 +60,7 @@ function scaled(pairs, dimensions) {
     return pairs.map((value, index) => value * dimensions[index % 3]);
 }
 
-/** Above the middle of the box, as high as its highest corner. */
+/** The label's place: above the middle of the box, as high as its highest corner. */
 function highestPlace({ rotation, translation, dimensions }, up) {
     const direction = new THREE.Vector3(...up);
     const turned = new THREE.Quaternion(...rotation);

@@ -1,14 +1,14 @@
-// The occupied leaves of the octree: one cube, drawn at each of them, coloured by height.
+// The occupied leaves of the octree: instances of one cube, coloured by height.
 
 import * as THREE from "three";
 import { rainbow } from "./colors.js";
 import { hideOuterSide, inwardDirections } from "./outer_sides.js";
 import { readPlaces } from "./sections.js";
 
-/** Cubes are drawn a little smaller than they are, so that their edges can be made out. */
+/** Cubes are drawn a little smaller than they are, so that their edges are visible. */
 const SHARE_OF_SIDE = 0.94;
 
-/** `up` is the world's; `layer.channels` is one: how often the side of the smallest cell is doubled. */
+/** `up` is the world's; `layer.channels` is one: the number of doublings from the smallest cell's side. */
 export async function octreeLayer(layer, planes, up) {
     const { positions: corners, channels: levels } = await readPlaces(layer);
     const material = new THREE.MeshLambertMaterial();
@@ -29,7 +29,7 @@ export async function octreeLayer(layer, planes, up) {
     const inward = inwardDirections(centers, planes, up);
     mesh.geometry.setAttribute("inward", new THREE.InstancedBufferAttribute(inward, 4, true));
     hideOuterSide(material);
-    // Never culled as a whole: what it is culled by would have to be found from all cubes.
+    // Never culled as a whole: its bounds would have to be computed from all cubes.
     mesh.frustumCulled = false;
     return mesh;
 }

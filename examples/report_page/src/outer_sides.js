@@ -1,24 +1,24 @@
-// From outside a room is looked into: points and cells of walls and ceilings are not drawn when the camera is behind
-// them.
+// Lets the viewer look into a room from outside: points and cells of walls and ceilings are not drawn when
+// the camera is behind them.
 
 import * as THREE from "three";
 
-/** What belongs to a wall is no further from its plane than this, metres. */
+/** Largest distance of a wall's points from its plane, metres. */
 const REACH = 0.06;
-/** Smaller planes are sides of things, square metres. */
+/** Smallest area of a wall or ceiling, square metres: smaller planes are sides of things. */
 const LEAST_AREA = 0.8;
 
-/** Shared by all materials: 1 when outer sides are hidden. */
+/** Uniform shared by all materials: 1 when outer sides are hidden. */
 const isHiding = { value: 1 };
 
-/** Shows or hides outer sides of all that was made with `hideOuterSide`. */
+/** Shows or hides the outer sides of everything drawn with a material that was passed to `hideOuterSide`. */
 export function hideOuterSides(isHidden) {
     isHiding.value = isHidden ? 1 : 0;
 }
 
 /**
- * The direction into the room for each place on a wall or ceiling, four signed bytes a place (the last is padding);
- * zeros for all others.
+ * The direction into the room for each place on a wall or ceiling, four signed bytes per place (the last is
+ * padding); zeros for all other places.
  */
 export function inwardDirections(positions, planes, up) {
     const walls = planes.filter((plane) => plane.area >= LEAST_AREA && isOuter(plane, up)).map(wallOf);
@@ -40,7 +40,7 @@ export function inwardDirections(positions, planes, up) {
     return directions;
 }
 
-/** Whether a plane is upright, or is seen from below. */
+/** Whether a plane is a wall (upright) or a ceiling (seen from below). */
 function isOuter({ normal }, up) {
     const rise = up.reduce((sum, value, axis) => sum + value * normal[axis], 0);
     return Math.abs(rise) < 0.3 || rise < -0.9;
@@ -57,7 +57,7 @@ function wallOf(plane) {
     };
 }
 
-/** Lets a material ask the attribute `inward` of what it draws. */
+/** Adds a test of the attribute `inward` to a material's shader. */
 export function hideOuterSide(material) {
     material.onBeforeCompile = (shader) => {
         shader.uniforms.isHidingOuterSides = isHiding;

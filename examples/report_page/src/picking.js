@@ -2,9 +2,9 @@
 
 import * as THREE from "three";
 
-/** A press that moves further than this is no click but turns the view, pixels. */
+/** A press that moves farther than this turns the view and is not a click, pixels. */
 const CLICK_REACH = 4;
-/** An object this far behind a plane, metres, is taken all the same: things touch what they stand on. */
+/** An object up to this far behind a plane is chosen before the plane, metres: things touch what they stand on. */
 const OBJECT_LEAD = 0.1;
 
 export function pickOnClick(viewer, layers, things) {
@@ -38,7 +38,7 @@ function thingAt(viewer, layers, clientX, clientY) {
         .filter((layer) => layer?.object?.visible)
         .map((layer) => layer.object);
     const hits = ray.intersectObjects(groups, true).filter((hit) => viewer.isBelowCut(hit.point));
-    // Labels lie over everything.
+    // Labels are drawn over everything.
     const label = hits.find((hit) => hit.object.isSprite);
     if (label || hits.length === 0) {
         return label?.object.userData.thing ?? null;
@@ -48,7 +48,7 @@ function thingAt(viewer, layers, clientX, clientY) {
     return (isObject ? object : hits[0]).object.userData.thing;
 }
 
-/** Where a place of the turned world is in the window, CSS pixels; null when it is behind the camera. */
+/** The position of a place of the rotated world in the window, CSS pixels; null when it is behind the camera. */
 export function toWindow(viewer, place) {
     viewer.camera.updateMatrixWorld();
     const projected = place.clone().project(viewer.camera);

@@ -12,12 +12,12 @@ export function planeLayer(planes) {
     return group;
 }
 
-/** Filled on the side that it was seen from, so that a room can be looked into from outside; its outline from both. */
+/** A plane is filled only on the side from which it was seen, so that one can look into a room from outside. */
 function planeObject(plane) {
     const color = new THREE.Color(...plane.color.map((channel) => channel / 255));
     const material = new THREE.MeshBasicMaterial({
         color, transparent: true, opacity: OPACITY, depthWrite: false,
-        // Drawn before the points of the same surface.
+        // The fill is drawn before the points of the same surface.
         polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1,
     });
     const mesh = new THREE.Mesh(polygonGeometry(plane), material);
@@ -37,7 +37,7 @@ function planeObject(plane) {
     return object;
 }
 
-/** The polygons, cut into triangles in the plane, with the corners where they are in the world. */
+/** The polygons, triangulated in the plane, with corners in the world. */
 function polygonGeometry(plane) {
     const [across, along] = axesOf(plane.normal);
     const flat = (ring) => ring.map((corner) => {
@@ -57,7 +57,7 @@ function polygonGeometry(plane) {
     return geometry;
 }
 
-/** Two axes of a plane that with its normal are right-handed, so that triangles keep facing along it. */
+/** Two axes of a plane that form a right-handed frame with its normal, so that triangles face along the normal. */
 function axesOf(normal) {
     const out = new THREE.Vector3(...normal).normalize();
     const other = Math.abs(out.x) < 0.9 ? new THREE.Vector3(1, 0, 0) : new THREE.Vector3(0, 1, 0);
@@ -65,7 +65,7 @@ function axesOf(normal) {
     return [across, new THREE.Vector3().crossVectors(out, across)];
 }
 
-/** A place that is surely on the plane, which its middle may not be. */
+/** A place that is surely on the plane; its middle may be in a hole. */
 function largestTriangleCenter(geometry) {
     const [places, index] = [geometry.getAttribute("position"), geometry.getIndex()];
     const triangle = new THREE.Triangle();

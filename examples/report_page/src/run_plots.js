@@ -1,4 +1,4 @@
-// How long the steps took, and what the maps hold, over the time of the run.
+// Plots of the steps' times and of the maps' memory over the time of the run.
 
 import { element } from "./elements.js";
 import { megabytes, milliseconds, words } from "./format.js";

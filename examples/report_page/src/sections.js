@@ -1,4 +1,5 @@
-// What the page holds packed: base64 of a zlib stream of numbers, as examples/src/report_page/section.rs writes it.
+// Unpacks the packed sections of the page: base64 of a zlib stream of numbers, written by
+// examples/src/report_page/section.rs.
 
 /** The JSON part of the page. */
 export function readData() {
@@ -6,8 +7,8 @@ export function readData() {
 }
 
 /**
- * Unpacks places on a lattice: Float32Array of x y z, metres, world, and the byte channels that go with them.
- * `layer` is {section, count, origin, step, channels}.
+ * Unpacks places on a lattice: Float32Array of x y z, metres, world, and their byte channels. `layer` is
+ * {section, count, origin, step, channels}.
  */
 export async function readPlaces(layer) {
     const bytes = await inflate(fromBase64(document.getElementById(`section-${layer.section}`).textContent));
@@ -28,7 +29,7 @@ export async function readPlaces(layer) {
     return { positions, channels: readChannels(bytes.subarray(6 * count), count, channels) };
 }
 
-/** Byte channels, interleaved: `channels` bytes a place. */
+/** Byte channels, interleaved: `channels` bytes per place. */
 function readChannels(bytes, count, channels) {
     const values = new Uint8Array(count * channels);
     for (let channel = 0; channel < channels; channel += 1) {
@@ -41,7 +42,7 @@ function readChannels(bytes, count, channels) {
     return values;
 }
 
-/** 0, 1, 2, 3, 4 ... to 0, -1, 1, -2, 2 ... */
+/** Zigzag decoding: 0, 1, 2, 3, 4 ... to 0, -1, 1, -2, 2 ... */
 function fromZigzag(code) {
     return (code >>> 1) ^ -(code & 1);
 }

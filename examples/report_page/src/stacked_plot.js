@@ -1,4 +1,4 @@
-// Values over time, stacked: one plot for the times of the steps, one for the memory of the maps.
+// A stacked plot of values over time, used for the times of the steps and for the memory of the maps.
 
 import { SERIES } from "./colors.js";
 import { element, svg } from "./elements.js";
@@ -8,8 +8,8 @@ const [WIDTH, HEIGHT] = [640, 230];
 const MARGIN = { left: 54, right: 10, top: 10, bottom: 30 };
 
 /**
- * `times` in seconds; `series` are {name, values}, one value a time; `format` writes a value, `unit` stands at the axis.
- * `scale` is what values are divided by at the axis.
+ * `times` in seconds; `series` are {name, values}, one value for each time; `format` formats a value, `unit`
+ * is the axis's unit. `scale` is the divisor of values at the axis.
  */
 export function stackedPlot({ times, series, format, unit, scale = 1, label }) {
     const columns = columnsOf(times, series);
@@ -44,7 +44,7 @@ export function stackedPlot({ times, series, format, unit, scale = 1, label }) {
     return element("div", { class: "plot" }, [picture, legend]);
 }
 
-/** The values of all series at each time. */
+/** The values of all series and their sum at each time. */
 function columnsOf(times, series) {
     return times.map((time, index) => {
         const values = series.map(({ values: all }) => all[index]);
@@ -52,7 +52,7 @@ function columnsOf(times, series) {
     });
 }
 
-/** One area a series, each on those before. */
+/** One area for each series, stacked on those before. */
 function areas(columns, series, x, y) {
     const below = columns.map(() => 0);
     return series.map(({ name }, row) => {
@@ -84,13 +84,13 @@ function timeAxis(first, last, x) {
     }));
 }
 
-/** The next of 1, 2, 4, 5, 10, 20 ... */
+/** The next larger of 1, 2, 4, 5, 10, 20 ... */
 function niceTop(value) {
     const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-9)));
     return [1, 2, 4, 5, 10].map((factor) => factor * power).find((nice) => nice >= value * 0.999) ?? 10 * power;
 }
 
-/** Names and colours; beside them the values where the pointer is. */
+/** The legend: names and colours, with the values at the pointer. */
 function legendOf(series, format) {
     const when = element("span", { class: "when" });
     const values = series.map(() => element("span", { class: "value" }));

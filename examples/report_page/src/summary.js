@@ -1,4 +1,4 @@
-// Tables: what is in the maps, how long the steps took, and the settings.
+// Tables: the contents of the maps, the times of the steps, and the settings.
 
 import { element } from "./elements.js";
 import { count, megabytes, milliseconds, words } from "./format.js";

@@ -1,4 +1,4 @@
-// Planes and objects as lists of buttons: the way to them without a pointer.
+// Planes and objects as lists of buttons, so that they can be chosen without a pointer.
 
 import { css } from "./colors.js";
 import { element } from "./elements.js";

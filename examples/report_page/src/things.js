@@ -1,4 +1,4 @@
-// The planes and objects that can be chosen, by a click or from the lists, and which one is.
+// The planes and objects that can be chosen, by a click or from the lists, and the chosen one.
 
 const LAYER_OF = { plane: "planes", object: "objects", gone: "gone" };
 
@@ -34,7 +34,7 @@ export class Things {
         }
     }
 
-    /** A place on it, in the turned world. */
+    /** A place on it, in the rotated world. */
     anchorOf(thing) {
         const place = this.objectOf(thing).userData.anchor();
         return this.viewer.world.localToWorld(place);

@@ -1,4 +1,4 @@
-// The 3D view: renderer, camera and controls. It draws when something has changed, not all the time.
+// The 3D view: renderer, camera and controls. It draws only when something has changed.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -9,9 +9,9 @@ THREE.ColorManagement.enabled = false;
 const BACKGROUND = 0xf4f6f8;
 /** How far the eye is above the horizon in each view, radians. */
 const ELEVATION = { oblique: 0.7, above: Math.PI / 2 - 1e-3, side: 0.1 };
-/** Seen from a little beside the way that the camera looked, edges of walls do not lie on each other. */
+/** Angle beside the camera's direction of view, radians: edges of walls do not coincide in the picture. */
 const BESIDE = 0.4;
-/** Share of the places that may be off the picture: strays. */
+/** Share of the places that may be outside the picture: strays. */
 const OFF_PICTURE = 0.006;
 
 export class Viewer {
@@ -23,7 +23,7 @@ export class Viewer {
         this.renderer.setClearColor(BACKGROUND);
         this.scene = new THREE.Scene();
         this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 500);
-        // All maps hang in here, turned so that the world's up is the view's.
+        // The group of all maps, rotated so that the world's up is the view's.
         this.world = new THREE.Group();
         this.scene.add(this.world, ...lights());
         this.controls = new OrbitControls(this.camera, canvas);
@@ -35,7 +35,7 @@ export class Viewer {
         new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     }
 
-    /** Turns the world so that `up` shows up and `level`, at right angles to it, to the right. */
+    /** Rotates the world so that `up` points up and `level`, at right angles to it, to the right. */
     setUp(up, level) {
         const y = new THREE.Vector3(...up).normalize();
         const x = new THREE.Vector3(...level);
@@ -46,8 +46,8 @@ export class Viewer {
     }
 
     /**
-     * What is to be seen: places of the turned world, nearly all of the first and all of the second list, the bounds of
-     * the first, and the level direction in which the camera mostly looked.
+     * Sets what must be in the picture: places of the rotated world, nearly all of the first list and all of the
+     * second; also the bounds of the first list, and the level direction in which the camera mostly looked.
      */
     setScene(places, wholePlaces, bounds, lookedAlong) {
         Object.assign(this, { places, wholePlaces, bounds });
@@ -64,7 +64,8 @@ export class Viewer {
         const azimuth = direction === "oblique" ? this.azimuth : this.azimuth - BESIDE;
         const toEye = new THREE.Vector3().setFromSphericalCoords(1, Math.PI / 2 - ELEVATION[direction], azimuth);
         this.controls.target.copy(this.bounds.getCenter(new THREE.Vector3()));
-        // The nearer a part, the larger: what is in the middle of the picture depends on the distance.
+        // Nearer parts look larger, so the picture's middle depends on the distance: a few rounds settle
+        // both.
         let distance = 10 * this.camera.far;
         for (let round = 0; round < 4; round += 1) {
             distance = this.fit(toEye, distance);
@@ -74,7 +75,7 @@ export class Viewer {
         this.draw();
     }
 
-    /** Brings the places into the middle of the picture as it is at a distance, and goes as near as they allow. */
+    /** Centres the places in the picture at a distance, and returns the nearest distance that shows them all. */
     fit(toEye, distance) {
         const { camera, controls: { target } } = this;
         camera.position.copy(target).add(toEye);
@@ -102,14 +103,14 @@ export class Viewer {
         return 1.08 * found;
     }
 
-    /** Turns to look at a place of the turned world, from where the camera is. */
+    /** Turns to look at a place of the rotated world, without moving the camera. */
     lookAt(place) {
         this.controls.target.copy(place);
         this.controls.update();
         this.draw();
     }
 
-    /** Hides everything above a height of the turned world. */
+    /** Hides everything above a height in the rotated world. */
     cutAbove(height) {
         this.cutHeight = height;
         this.renderer.clippingPlanes =
@@ -117,12 +118,12 @@ export class Viewer {
         this.draw();
     }
 
-    /** Whether the cut leaves a place of the turned world to be seen. */
+    /** Whether a place of the rotated world is below the cut, and so visible. */
     isBelowCut(place) {
         return place.y <= (this.cutHeight ?? Infinity);
     }
 
-    /** Draws at the browser's next turn. */
+    /** Draws in the browser's next animation frame. */
     draw() {
         if (!this.isDue) {
             this.isDue = true;

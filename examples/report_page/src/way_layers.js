@@ -1,4 +1,4 @@
-// Ways: of the camera, with a few of its poses as pyramids, and of the movers that it saw.
+// Paths: of the camera, with some of its poses as pyramids, and of the movers that it saw.
 
 import * as THREE from "three";
 import { SERIES } from "./colors.js";
@@ -6,7 +6,7 @@ import { segments, wayPairs } from "./lines.js";
 
 const COLOR = 0x1f4e79;
 const PYRAMIDS = 12;
-/** Corners of what the camera sees at this distance, metres: x right, y down, z forward. */
+/** Corners of the camera's view at this distance, metres: x right, y down, z forward. */
 const CORNERS = [[-0.06, -0.045, 0.09], [0.06, -0.045, 0.09], [0.06, 0.045, 0.09], [-0.06, 0.045, 0.09]];
 
 export function trajectoryLayer({ positions, rotations }) {
@@ -30,7 +30,7 @@ function pyramidPairs(position, rotation) {
     return corners.flatMap((corner, index) => [...position, ...corner, ...corner, ...corners[(index + 1) % 4]]);
 }
 
-/** Where each mover was seen, one line a track. */
+/** The paths of movers, one line for each track. */
 export function moversLayer(movers) {
     const group = new THREE.Group();
     movers.forEach(({ positions }, index) => {

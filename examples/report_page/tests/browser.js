@@ -1,4 +1,4 @@
-// Chromium without a network and without a graphics card, and what its pictures differ in.
+// Starts Chromium without a network and without a graphics card, and compares its pictures.
 
 import { existsSync } from "node:fs";
 
@@ -8,7 +8,7 @@ const FLAGS = [
     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic",
 ];
 
-/** Where Chromium is; undefined when there is none. */
+/** The path of Chromium; undefined when there is none. */
 export function findChromium() {
     return PLACES.find((place) => place && existsSync(place));
 }
@@ -18,7 +18,7 @@ export async function startChromium(executablePath, moreFlags = []) {
     return chromium.launch({ executablePath, args: [...FLAGS, ...moreFlags] });
 }
 
-/** A page that notes what it asks for and complains of. */
+/** Opens a page and records its requests and errors. */
 export async function openPage(browser, file, viewport) {
     const context = await browser.newContext({ viewport, offline: true });
     const page = await context.newPage();
@@ -34,10 +34,10 @@ export async function openPage(browser, file, viewport) {
     return { page, noted };
 }
 
-/** Waits until all that was asked for is drawn. */
+/** Waits until all changes are drawn. */
 export async function drawn(page) {
     await page.waitForFunction(() => window.dymlmReport?.drawn > 0, null, { timeout: 120_000 });
-    // A change asks for a picture at the next turn, and a slow one may still be on its way.
+    // A change is drawn in the next animation frame, and a slow one may still be in progress.
     let [before, now] = [-1, 0];
     while (before !== now) {
         before = now;
@@ -49,12 +49,12 @@ export async function drawn(page) {
 /** The 3D view as PNG. */
 export async function viewOf(page) {
     await drawn(page);
-    // Without what the pointer may have lit up.
+    // The pointer is moved away, so that it highlights nothing.
     await page.mouse.move(0, 0);
     return page.locator(".stage").screenshot({ animations: "disabled" });
 }
 
-/** How many pixels of two pictures of one size differ, and how many of the second are red. */
+/** Counts the pixels in which two pictures of one size differ, and the red pixels of the second. */
 export async function compared(browser, one, other) {
     const page = await browser.newPage();
     try {

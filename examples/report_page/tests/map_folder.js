@@ -1,4 +1,4 @@
-// What build_map has written beside the page: the maps as other programs read them.
+// Reads the maps that build_map has written beside the page.
 
 import { readFileSync } from "node:fs";
 import { dirname, join } from "node:path";

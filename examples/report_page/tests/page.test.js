@@ -23,7 +23,7 @@ function whyNot() {
 }
 
 const WIDE = { width: 1280, height: 800 };
-/** Text or the outline of a thing changes more pixels than that. */
+/** Text or the outline of a thing changes more pixels than this. */
 const CHANGED = 150;
 
 describe("the page of a run", { skip: reason }, () => {
@@ -91,7 +91,7 @@ describe("the page of a run", { skip: reason }, () => {
             assert.equal(await page.locator("#show-removed").isDisabled(), true);
             return;
         }
-        // Alone, so that nothing hides it, and from above, so that no height does.
+        // The layer is shown alone, so that nothing occludes it, and from above, so that no height does.
         for (const name of ["cloud", "planes", "objects"]) {
             await toggle(name);
         }
@@ -104,7 +104,7 @@ describe("the page of a run", { skip: reason }, () => {
 
     test("a click on a plane tells what it is", async () => {
         await page.locator("[data-view=above]").click();
-        // The highest level one, over which nothing lies but things, which are hidden.
+        // The highest level plane: only things are above it, and they are hidden.
         await toggle("objects");
         const up = await page.evaluate(() => window.dymlmReport.data.up);
         const height = (vector) => vector.reduce((sum, value, axis) => sum + value * up[axis], 0);
@@ -116,7 +116,7 @@ describe("the page of a run", { skip: reason }, () => {
         assert.match(text, /level, seen from above/);
         const area = Number(/([\d.]+) m²/.exec(text)[1]);
         const seenBy = Number(/([\d,]+) key frames/.exec(text)[1].replace(",", ""));
-        // planes.json has the area within the boundary, the page that of the cells that were read.
+        // planes.json has the area within the boundary, the page the area of the cells that were read.
         assert.ok(Math.abs(area - plane.area_m2) < 0.15 * plane.area_m2, `${area}, ${plane.area_m2} m²`);
         assert.equal(seenBy, plane.observations);
         assert.match(text, /first, last seen\s+[−\d.]+ s, [\d.]+ s/);
@@ -124,11 +124,11 @@ describe("the page of a run", { skip: reason }, () => {
     });
 
     test("a click on an object tells its label, size and history", async () => {
-        // Without planes, of which one may stand before it.
+        // Planes are hidden, since one may occlude it.
         await toggle("planes");
         const places = await page.evaluate((ids) =>
             ids.map((id) => window.dymlmReport.whereIs({ kind: "object", id })), maps.objects.map(({ id }) => id));
-        // The one that is farthest from all others, so that no label of theirs lies over it.
+        // The object farthest from all others, so that no other label overlaps it.
         const room = places.map((place, index) => Math.min(...places.map((other, at) =>
             at === index ? Infinity : Math.hypot(place[0] - other[0], place[1] - other[1]))));
         const object = maps.objects[room.indexOf(Math.max(...room))];
@@ -139,7 +139,7 @@ describe("the page of a run", { skip: reason }, () => {
         assert.match(text, new RegExp(`detections\\s+${object.observations} in \\d+ frames in view`));
         assert.match(text, /History[^]*seen for the first time[^]*confirmed/);
         assert.equal(await page.locator(`[data-thing=object-${object.id}]`).getAttribute("aria-pressed"), "true");
-        // A click beside everything gives up the choice.
+        // A click on the background clears the choice.
         const stage = await page.locator(".stage").boundingBox();
         await page.mouse.click(stage.x + stage.width - 5, stage.y + stage.height - 5);
         assert.match(await details(), /Click a plane or an object/);

@@ -5,26 +5,26 @@ use dymlm::planes::MapPlane;
 
 use crate::any_level_direction;
 
-/// A plane is level or upright up to this sine, about 12 degrees.
+/// Sine of the largest angle at which a plane still counts as level or upright, about 12 degrees.
 const LEVEL_SINE: f64 = 0.2;
-/// Smaller ones are table tops or shelves, square metres.
+/// Smallest area of a floor or ceiling, square metres: smaller planes are table tops or shelves.
 const LEAST_AREA: f64 = 0.5;
-/// Rooms are higher than this, metres.
+/// Smallest height of a room, metres.
 const LEAST_HEIGHT: f64 = 1.8;
 
-/// How a room stands in the world.
+/// The floor, ceiling and orientation of a room in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FloorAndCeiling {
-    /// A level direction along which walls are, where there are any.
+    /// A level direction along the walls, if there are any.
     pub(super) level: [f64; 3],
     /// Height of the floor along up, metres.
     pub(super) floor: f64,
-    /// Height of the ceiling, where one was seen.
+    /// Height of the ceiling, if one was seen.
     pub(super) ceiling: Option<f64>,
 }
 
 impl FloorAndCeiling {
-    /// By the planes of a map, and by the cloud where no plane is the floor.
+    /// Finds these by the planes of a map, and by the cloud when no plane is a floor.
     pub(super) fn find(planes: &PlaneMap, cloud: &PointCloud, up: [f64; 3]) -> Self {
         let large: Vec<(&MapPlane, f64)> = planes
             .iter()
@@ -51,7 +51,7 @@ impl FloorAndCeiling {
     }
 }
 
-/// The height that one point in a hundred lies below.
+/// The height below which one point in a hundred is.
 fn lowest(cloud: &PointCloud, up: [f64; 3]) -> f64 {
     let height = |point: &[f32; 3]| dot(point.map(f64::from), up);
     let mut heights: Vec<f64> =

@@ -1,8 +1,8 @@
 use dymlm::core::{Point, Rgb};
 
-/// Steps of a lattice along an axis that 16 bits can count.
+/// Most steps of a lattice along an axis, which 16 bits can count.
 const MOST_STEPS: f64 = 65_535.0;
-/// Nothing is finer than this: noise of the sensors, metres.
+/// Finest step of a lattice, metres: the sensors' noise is larger.
 const FINEST_STEP: f64 = 1e-3;
 
 /// Places in space as whole numbers of steps from an origin, and bytes that belong to them.
@@ -14,14 +14,13 @@ pub(super) struct LatticePlaces {
     pub(super) step: f64,
     /// Steps from the origin along x, y, z.
     pub(super) keys: Vec<[u16; 3]>,
-    /// Bytes, one a place each.
+    /// Channels of one byte for each place.
     pub(super) channels: Vec<Vec<u8>>,
 }
 
 impl LatticePlaces {
-    /// Points (metres, world), each at the nearest place of a lattice of millimetres: of a coarser one where
-    /// 16 bits do not reach from end to end. Points that are not finite are left out. With colours, three
-    /// channels.
+    /// Rounds points (metres, world) to a lattice of millimetres, or to a coarser one where 16 bits do not
+    /// span the points. Points that are not finite are left out. Colours become three channels.
     pub(super) fn of_points(points: &[Point], colors: Option<&[Rgb]>) -> Self {
         let finite = |point: &Point| point.iter().all(|c| c.is_finite());
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -54,7 +53,7 @@ mod tests {
     use super::*;
     use dymlm::core::SplitMix64;
 
-    /// Where a key is.
+    /// The place of a key.
     fn place(places: &LatticePlaces, key: [u16; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis| places.origin[axis] + f64::from(key[axis]) * places.step)
     }
@@ -94,7 +93,7 @@ mod tests {
         check(&[[1.5, -2.0, 1e6]]);
         check(&[[7.0, 7.0, 7.0]; 5]);
         check(&[[f32::MIN, 0.0, 0.0], [f32::MAX, 0.0, 0.0]]);
-        // The ends of the lattice are used, not left.
+        // The extreme keys of the lattice are used and not exceeded.
         let ends = LatticePlaces::of_points(&[[0.0; 3], [131.07, 1.0, 0.0]], None);
         assert_eq!(ends.keys[1][0], u16::MAX);
     }

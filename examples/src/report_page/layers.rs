@@ -10,7 +10,7 @@ use super::lattice_places::LatticePlaces;
 use super::point_thinning::thinned;
 use super::section::section;
 
-/// What a browser draws without stutter, and what leaves a page below 15 MB.
+/// Most points that a browser draws without stutter and that keep a page below 15 MB.
 const MOST_POINTS: usize = 1_000_000;
 const MOST_CELLS: usize = 300_000;
 const MOST_REMOVED: usize = 150_000;
@@ -20,17 +20,17 @@ const MOST_REMOVED: usize = 150_000;
 pub(super) struct Layer {
     /// The section's name.
     pub(super) section: &'static str,
-    /// Places in it.
+    /// Number of places in the section.
     pub(super) count: usize,
-    /// Places that the map has.
+    /// Number of places that the map has.
     of: usize,
-    /// World of key 0 0 0, metres.
+    /// The place of key 0 0 0 in the world, metres.
     origin: [f64; 3],
     /// Metres from key to key.
     step: f64,
-    /// Bytes that go with a place.
+    /// Number of bytes for each place.
     channels: usize,
-    /// Side of what stands for a point, metres.
+    /// Side of the voxel that a point represents, metres.
     point_size: f64,
     /// The packed places.
     #[serde(skip)]
@@ -57,7 +57,7 @@ pub(super) fn cloud_layer(cloud: &PointCloud, voxel_size: f64) -> Layer {
     points_layer("cloud", cloud.points(), cloud.colors(), voxel_size, MOST_POINTS)
 }
 
-/// The voxels that the evidence has found to be ghosts: what movers have left, and flying pixels.
+/// The voxels that the evidence has found to be ghosts: traces of movers, and flying pixels.
 pub(super) fn removed_layer(cloud: &CloudMap) -> Layer {
     let voxels = cloud.voxels(Selection::All);
     let ghosts: Vec<Point> =
@@ -77,8 +77,8 @@ fn points_layer(
     Layer::new(name, &places, points.len(), thin.spacing)
 }
 
-/// The occupied leaves that are not walled in by others, by their lowest corners; the channel is how often
-/// their side is twice that of the smallest cell. Nobody can see the others.
+/// The visible occupied leaves, by their lowest corners: leaves enclosed by others are left out. The channel
+/// is the number of doublings from the smallest cell's side to the leaf's.
 pub(super) fn octree_layer(octree: &Octree) -> Layer {
     let mut accessor = octree.accessor();
     let occupied = octree.leaves().filter(|leaf| leaf.state == CellState::Occupied);
@@ -104,10 +104,10 @@ pub(super) fn octree_layer(octree: &Octree) -> Layer {
 const DEPTH: u8 = 16;
 const MIDDLE: u16 = 1 << 15;
 
-/// Leaves of more cells along a side than this are shown without asking what is around them.
+/// Leaves of more cells along a side than this are always shown, without testing their surroundings.
 const LARGE_SIDE: usize = 8;
 
-/// Whether there is an occupied cell at each place of its six sides.
+/// Whether an occupied cell adjoins the leaf everywhere on its six sides.
 fn is_walled_in(leaf: &Leaf, resolution: f64, accessor: &mut Accessor<'_>) -> bool {
     let side = (leaf.size / resolution).round() as usize;
     if side > LARGE_SIDE {
@@ -128,12 +128,12 @@ fn is_walled_in(leaf: &Leaf, resolution: f64, accessor: &mut Accessor<'_>) -> bo
     })
 }
 
-/// Cells (lowest corner, level) as they are, or where they are too many the larger ones that hold them.
+/// The cells (lowest corner, level), or if there are too many, the larger cells that contain them.
 fn at_most(mut cells: Vec<([u16; 3], u8)>, most: usize) -> Vec<([u16; 3], u8)> {
     let mut level = 0;
     while cells.len() > most && level < DEPTH {
         level += 1;
-        // Only asked whether it holds a cell: no order of its own reaches the result.
+        // The set only answers whether it holds a cell: its order does not affect the result.
         let mut taken = HashSet::with_capacity(cells.len());
         cells.retain_mut(|(key, own)| {
             if *own < level {
@@ -152,7 +152,7 @@ mod tests {
     use crate::report_page::section::tests::unpacked;
     use dymlm::octree::OctreeConfig;
 
-    /// Occupied cells from one index on along each axis.
+    /// A cube of occupied cells that begins at one index along each axis.
     fn block(first: usize, side: usize) -> Octree {
         let mut octree = Octree::new(OctreeConfig::default()).unwrap();
         let resolution = octree.resolution();
@@ -184,7 +184,7 @@ mod tests {
             .filter(|leaf| leaf.state == CellState::Occupied)
             .map(|leaf| (leaf.center.map(|c| c - 0.5 * leaf.size), leaf.size))
             .collect();
-        // A block of 3^3: one cube of 2^3 that is seen, single cells around it.
+        // A block of 3^3 cells: one visible leaf of 2^3 and single cells around it.
         assert_eq!((layer.of, leaves.len()), (20, 20));
         assert_eq!(shown.len(), 20);
         let order = |a: &([f64; 3], f64), b: &([f64; 3], f64)| a.0.partial_cmp(&b.0).unwrap();
@@ -198,10 +198,10 @@ mod tests {
 
     #[test]
     fn what_is_walled_in_is_left_out() {
-        // From 3 to 8: a leaf of 4^3 cells, with single ones around it.
+        // Indices 3 to 8: a leaf of 4^3 cells, with single cells around it.
         let layer = octree_layer(&block(3, 6));
         assert_eq!((layer.of, layer.count), (153, 152));
-        // One cell less, and it can be seen.
+        // With one cell removed, the leaf is visible.
         let mut opened = block(3, 6);
         let resolution = opened.resolution();
         opened.set_log_odds([5.5, 6.5, 3.5].map(|c| c * resolution), Some(-1.0));

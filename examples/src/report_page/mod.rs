@@ -1,5 +1,5 @@
-//! One HTML file with the maps of a run in 3D, what is in them, and what building them took. It asks nothing
-//! of a network: what shows it is in `examples/report_page`, bundled into one script.
+//! One HTML file with the maps of a run in 3D, their contents, and the cost of building them. It needs no
+//! network: its script is bundled from `examples/report_page`.
 
 mod floor_and_ceiling;
 mod lattice_places;

@@ -2,13 +2,12 @@ use dymlm::core::vector3::{difference, norm};
 
 use super::things::PageObject;
 
-/// An object that went from its place may be one that was seen first after that, when this share of their
-/// volume, laid into each other, is common to both: as for
-/// [`world_changes_since`](dymlm::MultiLevelMap::world_changes_since).
+/// Least overlap of two objects' boxes, placed into each other, for a vanished object to be the same as one
+/// first seen afterwards; as in [`world_changes_since`](dymlm::MultiLevelMap::world_changes_since).
 const LEAST_OVERLAP: f64 = 0.5;
 
-/// Which of the objects that are gone stands elsewhere now: pairs of indices into `gone` and `present`, each
-/// in one pair at most, of several that may be the nearest.
+/// Finds which vanished objects stand elsewhere now: pairs of indices into `gone` and `present`, each in at
+/// most one pair; of several candidates, the nearest.
 pub(super) fn moved_objects(gone: &[PageObject], present: &[PageObject]) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (g, from) in gone.iter().enumerate() {
@@ -26,7 +25,7 @@ pub(super) fn moved_objects(gone: &[PageObject], present: &[PageObject]) -> Vec<
     moved
 }
 
-/// Whether a thing that is gone may be one that has come after it was seen last.
+/// Whether a vanished object may be the same as one that appeared after the vanished one was last seen.
 fn may_be_one(gone: &PageObject, present: &PageObject) -> bool {
     let sorted = |object: &PageObject| {
         let mut lengths = object.dimensions;

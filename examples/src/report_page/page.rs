@@ -20,11 +20,11 @@ pub struct ReportPage {
 }
 
 impl ReportPage {
-    /// Packs all that the page shows.
+    /// Packs everything that the page shows.
     ///
     /// # Errors
     ///
-    /// When something of the run cannot be written as JSON.
+    /// When some data of the run cannot be written as JSON.
     pub fn of(run: &Run<'_>) -> Result<Self, AnyError> {
         let data = PageData::of(run);
         let sections = [&data.cloud, &data.octree, &data.removed].map(|layer| {

@@ -14,23 +14,23 @@ use super::thing_history::{Stand, ThingHistory};
 use super::things::{PageObject, PagePlane, millimetres, page_object, page_planes};
 use crate::RunReport;
 
-/// Poses of the camera on the page, at most.
+/// Most poses of the camera on the page.
 const MOST_POSES: usize = 2000;
 
-/// A run, as the page is to tell of it.
+/// The run that the page describes.
 #[derive(Debug, Clone, Copy)]
 pub struct Run<'a> {
-    /// What was mapped: the name of the sequence or dataset.
+    /// The name of the sequence or dataset.
     pub title: &'a str,
-    /// The maps as they are at the end.
+    /// The final maps.
     pub map: &'a MultiLevelMap,
-    /// What was noted on the way.
+    /// The data recorded during the run.
     pub recorder: &'a RunRecorder,
-    /// What each frame has done.
+    /// The report of each frame.
     pub frames: &'a [FrameReport],
-    /// What the run did in all.
+    /// The summary of the run.
     pub report: &'a RunReport,
-    /// Where the frames were taken from.
+    /// The poses of the frames.
     pub trajectory: &'a Trajectory,
     /// Up in the world, of length 1.
     pub up: [f64; 3],
@@ -40,7 +40,7 @@ pub struct Run<'a> {
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct PageData<'a> {
     up: [f64; 3],
-    /// A level direction along which walls are.
+    /// A level direction along the walls.
     level: [f64; 3],
     /// Heights along up, metres.
     floor: f64,
@@ -52,7 +52,7 @@ pub(super) struct PageData<'a> {
     pub(super) removed: Layer,
     planes: Vec<PagePlane>,
     objects: Vec<PageObject>,
-    /// Objects that were in the maps.
+    /// Objects that were in the maps and are gone.
     gone: Vec<PageObject>,
     movers: Vec<&'a MoverWay>,
     trajectory: Way,
@@ -61,7 +61,7 @@ pub(super) struct PageData<'a> {
     report: &'a RunReport,
 }
 
-/// Where the camera was: places, metres, and quaternions x y z w, camera to world.
+/// The camera's path: positions, metres, and quaternions x y z w, camera to world.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Way {
     positions: Vec<[f64; 3]>,
@@ -97,15 +97,14 @@ impl<'a> PageData<'a> {
     }
 }
 
-/// The objects that are in the maps and those that were, and what has happened to all things.
+/// The objects that are in the maps, those that are gone, and the history of all things.
 fn objects_and_history(run: &Run<'_>) -> (Vec<PageObject>, Vec<PageObject>, ThingHistory) {
     let Run { map, recorder, .. } = *run;
     let mut history = ThingHistory::of_reports(run.frames, recorder.clock_offset());
     let mut objects: Vec<PageObject> =
         map.objects().objects().map(|object| page_object(object, Vec::new())).collect();
     let mut gone = Vec::new();
-    // Corrected maps stand elsewhere than while they were recorded: what was seen before cannot be laid
-    // beside them.
+    // Corrected maps have moved since they were recorded, so the things seen before cannot be shown in them.
     if run.report.corrections.is_none() && run.report.refinement.is_none() {
         gone.extend(recorder.gone().cloned());
         for (from, to) in moved_objects(&gone, &objects) {

@@ -2,24 +2,24 @@ use std::collections::HashSet;
 
 use dymlm::core::{Point, Rgb};
 
-/// The points and colours that the page takes, and how far they are apart.
+/// The points and colours on the page, and their spacing.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ThinnedPoints {
     pub(super) points: Vec<Point>,
     pub(super) colors: Option<Vec<Rgb>>,
-    /// Side of the voxels of which each has one point at most, metres.
+    /// Side of the voxels that contain at most one point each, metres.
     pub(super) spacing: f64,
 }
 
-/// Leaves points out where there are more than `most`: one is kept, the first, in each voxel of a grid that
-/// is doubled from `spacing` until they are few enough.
+/// Thins the points to at most `most`: the first point in each voxel of a grid is kept, and the voxel's side
+/// is doubled from `spacing` until the points are few enough.
 pub(super) fn thinned(points: &[Point], colors: Option<&[Rgb]>, spacing: f64, most: usize) -> ThinnedPoints {
     let mut kept: Vec<usize> = (0..points.len()).collect();
     let mut side = spacing;
-    // Doubled, a voxel reaches over any map at some time; `most` of zero would never be reached.
+    // By doubling, one voxel covers any map in the end, so one point is reached, but never zero.
     while kept.len() > most.max(1) && side < 1e6 {
         side *= 2.0;
-        // Only asked whether it holds a voxel: no order of its own reaches the result.
+        // The set only answers whether it holds a voxel: its order does not affect the result.
         let mut taken = HashSet::with_capacity(kept.len());
         kept.retain(|&index| taken.insert(points[index].map(|c| (f64::from(c) / side).floor() as i64)));
     }

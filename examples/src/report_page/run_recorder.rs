@@ -6,11 +6,11 @@ use dymlm::{FrameReport, MapBuilder, MapMemory, MapUpdate, MultiLevelMap};
 
 use super::things::{PageObject, millimetres, page_object};
 
-/// Samples of the memory in a run, about.
+/// Approximate number of memory samples in a run.
 const SAMPLES: usize = 200;
 
-/// Watches a run for what its end does not tell any more: the memory over time, objects that were in the maps
-/// and are gone, and where movers went.
+/// Records what the final maps do not contain any more: the memory over time, objects that were in the maps
+/// and are gone, and the paths of movers.
 #[derive(Debug)]
 pub struct RunRecorder {
     frames_a_sample: usize,
@@ -18,15 +18,15 @@ pub struct RunRecorder {
     start: Option<f64>,
     clock_offset: Option<f64>,
     memory: Vec<(f64, MapMemory)>,
-    /// The objects that were ever confirmed, as they were last.
+    /// All objects that were ever confirmed, in their last state.
     known: BTreeMap<ObjectId, PageObject>,
     gone: BTreeSet<ObjectId>,
     movers: BTreeMap<u64, MoverWay>,
-    /// The maps before this run, when it has resumed some.
+    /// The maps before this run, if it resumed any.
     before: Option<MultiLevelMap>,
 }
 
-/// Where a mover was seen: the middle of its box at the depth of its foreground.
+/// The path of a mover: the middle of its box at the depth of its foreground.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(super) struct MoverWay {
     track: u64,
@@ -36,9 +36,9 @@ pub(super) struct MoverWay {
 }
 
 impl RunRecorder {
-    /// Begins before the first of about this many frames.
+    /// Starts recording, before the first of about this many frames.
     pub fn start(builder: &MapBuilder, frames: usize) -> Self {
-        // Maps that are resumed: what has changed since is what this run has found.
+        // For resumed maps, the changes since the resumption are what this run has found.
         let is_resumed = builder.map().cloud().frames() > 0;
         Self {
             frames_a_sample: (frames / SAMPLES).max(1),
@@ -53,7 +53,7 @@ impl RunRecorder {
         }
     }
 
-    /// Takes note of a frame that has just been inserted.
+    /// Records a frame that has just been inserted.
     pub fn record(
         &mut self,
         report: &FrameReport,
@@ -73,7 +73,7 @@ impl RunRecorder {
         }
     }
 
-    /// What makes the times of reports those of the maps: 0 but for maps that were resumed.
+    /// The offset from the times of reports to the clock of the maps: 0 unless maps were resumed.
     pub(super) fn clock_offset(&self) -> f64 {
         self.clock_offset.unwrap_or(0.0)
     }
@@ -82,22 +82,22 @@ impl RunRecorder {
         &self.memory
     }
 
-    /// Objects that were in the maps and are not there any more, by ascending ids.
+    /// Objects that were in the maps and are gone, by ascending ids.
     pub(super) fn gone(&self) -> impl Iterator<Item = &PageObject> {
         self.gone.iter().filter_map(|id| self.known.get(id))
     }
 
-    /// Ways of at least two places, by ascending tracks.
+    /// Paths of at least two positions, by ascending track ids.
     pub(super) fn mover_ways(&self) -> Vec<&MoverWay> {
         self.movers.values().filter(|way| way.positions.len() > 1).collect()
     }
 
-    /// The maps before this run, when it has resumed some.
+    /// The maps before this run, if it resumed any.
     pub(super) fn before(&self) -> Option<&MultiLevelMap> {
         self.before.as_ref()
     }
 
-    /// A plane that this frame has seen was seen last at its time.
+    /// Learns the clock's offset: a plane seen in this frame has the frame's time as its last one.
     fn learn_clock(&mut self, timestamp: f64, update: &MapUpdate, map: &MultiLevelMap) {
         if self.clock_offset.is_none() {
             let seen = update.planes.updated.first().or(update.planes.created.first());

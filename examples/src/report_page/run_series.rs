@@ -1,17 +1,17 @@
 use dymlm::{FrameReport, MapMemory, Stage};
 use serde::Serialize;
 
-/// More columns than this nobody can tell apart.
+/// Most columns of the plot: more cannot be distinguished.
 const MOST_COLUMNS: usize = 240;
 
-/// How long each step took, over the time of the run.
+/// The duration of each step over the time of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct StageSeries {
     /// Seconds since the first frame.
     times: Vec<f64>,
-    /// Frames that each value stands for: of these it is the slowest.
+    /// Number of frames for each value, which is the slowest of them.
     frames_each: usize,
-    /// Steps that ran, in their order.
+    /// The steps that ran, in order.
     stages: Vec<StageColumn>,
 }
 
@@ -23,7 +23,7 @@ struct StageColumn {
 }
 
 impl StageSeries {
-    /// The slowest of every few frames.
+    /// Takes the slowest frame of every few frames.
     pub(super) fn of(reports: &[FrameReport]) -> Self {
         let frames_each = reports.len().div_ceil(MOST_COLUMNS).max(1);
         let slowest = |chunk: &'_ [FrameReport]| {
@@ -49,7 +49,7 @@ impl StageSeries {
     }
 }
 
-/// What the maps hold, over the time of the run.
+/// The memory of the maps over the time of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct MemorySeries {
     /// Seconds since the first frame.
@@ -65,7 +65,7 @@ struct MapBytes {
 }
 
 impl MemorySeries {
-    /// Of samples (seconds since the first frame, bytes).
+    /// From samples (seconds since the first frame, bytes).
     pub(super) fn of(samples: &[(f64, MapMemory)]) -> Self {
         let part = |name, part: fn(&MapMemory) -> usize| MapBytes {
             name,

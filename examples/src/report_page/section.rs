@@ -7,11 +7,12 @@ use super::lattice_places::LatticePlaces;
 /// Level of deflate: 9 saves 1 % more in three times the time.
 const LEVEL: u8 = 6;
 
-/// Places and what belongs to them as text for the page: base64 of a zlib stream.
+/// Packs places and their channels as text for the page: base64 of a zlib stream.
 ///
-/// In the stream, for each axis the low bytes of all places and then their high bytes, of the differences of
-/// keys (zigzag: 0, -1, 1, -2 ... as 0, 1, 2, 3 ...); then the bytes of each channel, of the differences.
-/// Neighbours in the order of the maps are neighbours in space, so that most of these bytes are small.
+/// The stream holds the differences of successive keys in zigzag code (0, -1, 1, -2 ... as 0, 1, 2, 3 ...):
+/// for each axis the low bytes of all places, then their high bytes; then, for each channel, the differences
+/// of successive bytes. Successive places of a map are mostly neighbours in space, so that most of these
+/// bytes are small.
 pub(super) fn section(places: &LatticePlaces) -> String {
     STANDARD.encode(compress_to_vec_zlib(&bytes(places), LEVEL))
 }
@@ -32,7 +33,7 @@ fn bytes(places: &LatticePlaces) -> Vec<u8> {
     bytes
 }
 
-/// Each key less the one before, small differences of both signs as small numbers.
+/// Each key minus the one before, in zigzag code.
 fn differences(keys: impl Iterator<Item = u16>) -> impl Iterator<Item = u16> {
     keys.scan(0_u16, |before, key| {
         let difference = key.wrapping_sub(std::mem::replace(before, key)) as i16;
@@ -45,7 +46,7 @@ pub(super) mod tests {
     use super::*;
     use miniz_oxide::inflate::decompress_to_vec_zlib;
 
-    /// What the page's `sections.js` does: keys and channels of a section.
+    /// Unpacks the keys and channels of a section, as the page's `sections.js` does.
     pub(crate) fn unpacked(text: &str, count: usize, channels: usize) -> (Vec<[u16; 3]>, Vec<Vec<u8>>) {
         let bytes = decompress_to_vec_zlib(&STANDARD.decode(text).unwrap()).unwrap();
         assert_eq!(bytes.len(), count * (6 + channels));
@@ -81,7 +82,7 @@ pub(super) mod tests {
     fn what_was_packed_is_unpacked() {
         check(Vec::new(), vec![Vec::new(); 3]);
         check(vec![[65_535, 0, 32_768]], vec![vec![255], vec![0], vec![128]]);
-        // All differences: to both ends, over the middle, none.
+        // All kinds of differences: to both ends, across the middle, and zero.
         let ends = [0, 65_535, 0, 32_767, 32_768, 32_768, 65_535, 1];
         let keys: Vec<[u16; 3]> = (0..8).map(|i| [ends[i], ends[7 - i], (i * 9_001) as u16]).collect();
         check(keys, vec![vec![0, 255, 0, 128, 127, 127, 255, 1]]);

@@ -1,7 +1,7 @@
 use std::io::{self, Write};
 
-/// Writes a template with each `{{name}}` replaced by the value of that name. What stands in a value is
-/// written as it is; a name without a value stays.
+/// Writes a template with each `{{name}}` replaced by the value of that name. Values are written unchanged; a
+/// name without a value stays.
 pub(super) fn write_filled(out: &mut dyn Write, template: &str, values: &[(&str, &str)]) -> io::Result<()> {
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
@@ -17,12 +17,12 @@ pub(super) fn write_filled(out: &mut dyn Write, template: &str, values: &[(&str,
     out.write_all(rest.as_bytes())
 }
 
-/// Text as it may stand in HTML.
+/// Text escaped for HTML.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// JSON as it may stand in a `<script>`: nothing in it ends the element. `<` occurs in strings alone.
+/// JSON escaped for a `<script>`, so that nothing in it ends the element. `<` occurs only in strings.
 pub(super) fn script_json(value: &impl serde::Serialize) -> serde_json::Result<String> {
     Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::things::{PageObject, millimetres};
 
-/// Something that has happened to a plane or an object.
+/// An event in the history of a plane or an object.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Event {
     /// Seconds, the maps' clock.
@@ -16,31 +16,31 @@ pub(super) struct Event {
     pub(super) what: What,
 }
 
-/// What has happened.
+/// The kind of an event.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub(super) enum What {
     /// It was seen for the first time.
     Created,
-    /// It has become a part of the map.
+    /// It has become part of the map.
     Confirmed,
     /// It is a candidate again.
     Unconfirmed,
-    /// Another was found to be the same, and went into it.
+    /// Another was found to be the same and was merged into it.
     Merged { other: String },
-    /// The evidence has found nothing there.
+    /// It was removed, since the evidence shows free space there.
     Removed,
-    /// It stood elsewhere.
+    /// It has moved here from elsewhere.
     Moved { other: String, from: [f64; 3], to: [f64; 3], distance: f64 },
-    /// It stands elsewhere, as another object.
+    /// It has moved elsewhere and is another object there.
     MovedTo { other: String, to: [f64; 3], distance: f64 },
-    /// It came into what was empty space.
+    /// It appeared in space that was empty before.
     Appeared,
-    /// Its place is empty space now.
+    /// It vanished: its place is empty now.
     Vanished,
 }
 
-/// What has happened to planes and objects, in the order in which it did.
+/// The events of planes and objects in the order in which they happened.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ThingHistory {
     planes: BTreeMap<PlaneId, Vec<Event>>,
@@ -48,7 +48,8 @@ pub(super) struct ThingHistory {
 }
 
 impl ThingHistory {
-    /// Collects what the reports of a run say; `clock_offset` makes their times the maps'.
+    /// Collects the events in the reports of a run; adding `clock_offset` to their times gives the maps'
+    /// times.
     pub(super) fn of_reports(reports: &[FrameReport], clock_offset: f64) -> Self {
         let mut history = Self::default();
         for report in reports {
@@ -86,7 +87,7 @@ impl ThingHistory {
         }
     }
 
-    /// Takes in that an object stands elsewhere, as another or the same.
+    /// Adds the move of an object, which may have another id at its new place.
     pub(super) fn take_in_move(&mut self, from: &Stand<'_>, to: &Stand<'_>) {
         let [start, end] = [from, to].map(|stand| millimetres(stand.center));
         let distance = norm(difference(end, start));
@@ -99,7 +100,7 @@ impl ThingHistory {
         }
     }
 
-    /// Takes in what these maps have found to be otherwise than those that were resumed had it.
+    /// Adds the changes since the maps that were resumed.
     pub(super) fn take_in_changes(&mut self, changes: &WorldChanges) {
         for moved in &changes.moved {
             self.take_in_move(&Stand::of(&moved.from), &Stand::of(&moved.to));
@@ -112,7 +113,7 @@ impl ThingHistory {
         }
     }
 
-    /// Something that belongs before what may be known of later times already.
+    /// Inserts an event before those of later times.
     fn add(&mut self, id: ObjectId, event: Event) {
         let events = self.objects.entry(id).or_default();
         events.push(event);
@@ -133,7 +134,7 @@ pub(super) struct Stand<'a> {
     id: ObjectId,
     label: &'a str,
     center: [f64; 3],
-    /// When it was seen first and last there, seconds.
+    /// When it was first and last seen there, seconds.
     seen: [f64; 2],
 }
 

@@ -18,9 +18,9 @@ pub(super) struct PagePlane {
     centroid: [f64; 3],
     /// Square metres.
     area: f64,
-    /// Sides of the least rectangle around it, metres.
+    /// Sides of the smallest rectangle around it, metres.
     size: [f64; 2],
-    /// Root of the mean square of what its points are off it, metres.
+    /// Root mean square distance of its points from it, metres.
     deviation: f64,
     observations: u32,
     /// Seconds, the maps' clock.
@@ -44,7 +44,7 @@ pub(super) struct PageObject {
     pub(super) id: u64,
     pub(super) color: Rgb,
     pub(super) label: String,
-    /// What it was taken for, and the share of the evidence, the greatest first.
+    /// Labels with their shares of the evidence, the largest first.
     pub(super) labels: Vec<(String, f64)>,
     pub(super) shape: &'static str,
     /// World from box: quaternion x y z w.
@@ -94,7 +94,7 @@ fn page_polygon(polygon: BoundaryPolygon) -> PagePolygon {
     PagePolygon { outline: ring(polygon.outline), holes: polygon.holes.into_iter().map(ring).collect() }
 }
 
-/// Sides of the least rectangle around all polygons of a plane.
+/// Sides of the smallest rectangle around all polygons of a plane.
 fn size_of(boundary: &[BoundaryPolygon], normal: [f64; 3]) -> [f64; 2] {
     let across = any_across(normal);
     let along = cross(normal, across);
@@ -103,7 +103,7 @@ fn size_of(boundary: &[BoundaryPolygon], normal: [f64; 3]) -> [f64; 2] {
     minimum_area_rectangle(&flat).map_or([0.0; 2], |rectangle| rectangle.lengths)
 }
 
-/// An object with what has happened to it.
+/// An object with its events.
 pub(super) fn page_object(object: &MapObject, events: Vec<Event>) -> PageObject {
     let oriented_box = object.oriented_box();
     let mut labels: Vec<(String, f64)> = object
@@ -134,7 +134,7 @@ pub(super) fn page_object(object: &MapObject, events: Vec<Event>) -> PageObject 
     }
 }
 
-/// A place to the millimetre: the digits behind are noise and would be most of the page.
+/// A place rounded to millimetres: further digits are noise and would make up most of the page.
 pub(super) fn millimetres(place: [f64; 3]) -> [f64; 3] {
     place.map(|c| (c * 1e3).round() / 1e3)
 }

@@ -1,5 +1,5 @@
-//! `build_map` as a program: what it writes, how it treats broken frames, and that it never leaves half an
-//! output.
+//! Tests of the program `build_map`: its output, how it treats broken frames, and that it never leaves a
+//! partial output.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -21,7 +21,7 @@ fn build_map(arguments: &[&str]) -> Option<Output> {
     Some(Command::new(program()?).args(arguments).output().unwrap())
 }
 
-/// The example beside this test's own binary: `cargo test` builds it with the package.
+/// The path of the example, beside this test's own binary: `cargo test` builds it with the package.
 fn program() -> Option<PathBuf> {
     let deps = std::env::current_exe().unwrap();
     let program =
@@ -66,7 +66,7 @@ fn paths() -> (tempfile::TempDir, PathBuf, PathBuf) {
 #[test]
 fn a_broken_frame_costs_a_warning_and_a_count() {
     let (_parent, dataset, out) = paths();
-    // A truncated image, a missing one, one of another size, and a bad line of detections.
+    // A truncated image, a missing one, one of a different size, and a bad line of detections.
     let bytes = fs::read(dataset.join("1_depth.png")).unwrap();
     fs::write(dataset.join("1_depth.png"), &bytes[..bytes.len() / 2]).unwrap();
     fs::remove_file(dataset.join("2_rgb.png")).unwrap();
@@ -130,7 +130,7 @@ fn a_run_that_fails_leaves_nothing() {
     assert_eq!(entries(), before);
 }
 
-/// Bags that independent writers made, 8x6 pixels: `dymlm-io/tests/bags/write_bags.py`.
+/// Bags of 8x6 pixels made by independent writers: `dymlm-io/tests/bags/write_bags.py`.
 fn bag(name: &str) -> String {
     format!("{}/../dymlm-io/tests/bags/{name}.mcap", env!("CARGO_MANIFEST_DIR"))
 }
@@ -147,7 +147,7 @@ fn a_bag_gives_the_maps_of_its_frames() {
     };
     let Some((folder, done, warnings)) = run("plain", &[]) else { return };
     assert!(done, "{warnings}");
-    // The same frames by hand.
+    // The same frames, mapped without the program.
     let mut recording = McapRecording::open(bag("plain"), &McapOptions::default()).unwrap();
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
     let mut buffers = FrameBuffers::default();
@@ -161,7 +161,7 @@ fn a_bag_gives_the_maps_of_its_frames() {
     assert!(points(&map).len() > 20 && points(&map) == points(builder.map()));
     assert_eq!(map.cloud().frames(), 4);
 
-    // A frame without a pose costs a warning; a topic that is not there, or detections from elsewhere, the run.
+    // A frame without a pose gives a warning; a missing topic, or detections from a file, end the run.
     let (folder, done, warnings) = run("late_tf", &[]).unwrap();
     assert!(done && warnings.contains("frame 0 skipped"), "{warnings}");
     assert_eq!(MultiLevelMap::load(folder).unwrap().cloud().frames(), 3);
@@ -173,7 +173,7 @@ fn a_bag_gives_the_maps_of_its_frames() {
     }
 }
 
-/// What detectors need stays out of the workspace; `examples/detect` has the program that has one.
+/// The workspace has no dependencies of detectors; the program with a detector is in `examples/detect`.
 #[test]
 fn without_a_detector_it_says_which_program_has_one() {
     let (_parent, dataset, out) = paths();
@@ -195,7 +195,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let [dataset, out, second] = [&dataset, &out, &second].map(|path| path.to_str().unwrap());
     let Some(first_run) = build_map(&["--dataset", dataset, "--out", out]) else { return };
     assert!(first_run.status.success());
-    // The same recording, whose clock begins anew, from a place a metre beside it.
+    // The same recording, whose clock restarts, with its world a metre beside the first.
     let beside = ["--resume", out, "--world-from-session", "1 0 0 0 0 0 1", "--report"];
     let run = build_map(&[&["--dataset", dataset, "--out", second][..], &beside].concat()).unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
@@ -205,7 +205,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let trajectory = Trajectory::read(Path::new(second).join("trajectory.txt")).unwrap();
     assert_eq!(trajectory.poses().len(), FRAMES);
     assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [1.0, 0.0, 0.0]));
-    // Its page tells times on the clock of the maps, which has gone on.
+    // The times on its page are those of the maps' clock, which has gone on.
     let page = fs::read_to_string(Path::new(second).join("report.html")).unwrap();
     let (_, data) = page.split_once("id=\"page-data\">").unwrap();
     let data: serde_json::Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
@@ -213,7 +213,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     assert_eq!((data["start"].as_f64(), wall["first_seen"].as_f64()), (Some(10.5), Some(0.0)), "{wall}");
     assert_eq!(data["cloud"]["count"], after.cloud().len());
     assert!(MapFolder::open(second).unwrap().files().any(|name| name == "report.html"));
-    // Into the folder that it goes on from, too.
+    // The output may also be the folder that is resumed.
     let run = build_map(&["--dataset", dataset, "--out", out, "--resume", out]).unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     assert_eq!(MultiLevelMap::load(out).unwrap().cloud().frames(), after.cloud().frames());
@@ -224,7 +224,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
 fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
     let (_parent, _dataset, out) = paths();
     let Some(program) = program() else { return };
-    // Long enough to be interrupted in any case.
+    // The sequence is long enough to be interrupted in any case.
     let arguments = ["--sequence", "walking_xyz", "--autosave", "0.1", "--out", out.to_str().unwrap()];
     let mut run = Command::new(program).args(arguments).stderr(Stdio::piped()).spawn().unwrap();
     while MultiLevelMap::load(&out).is_err() {
@@ -257,7 +257,7 @@ fn a_session_is_recorded_and_can_be_mapped_again() {
     let cloud = |folder: &Path| dymlm_io::read_ply(folder.join("cloud.ply")).unwrap();
     assert_eq!(cloud(&out).points(), cloud(&again).points());
 
-    // A file that cannot be written is said before anything is mapped.
+    // A file that cannot be written is reported before anything is mapped.
     let nowhere = text(&parent.path().join("none/session.mcap"));
     let output = build_map(&["--dataset", &dataset, "--out", &out_name, "--mcap", &nowhere]).unwrap();
     assert!(!output.status.success());

@@ -1,4 +1,5 @@
-//! The object map of a real kitchen, from a real detector's boxes, beside a count by hand: each thing once?
+//! Compares the object map of a real kitchen, from a real detector's boxes, with a count by hand: is each
+//! thing in it once?
 //!
 //! `cargo test -p dymlm-examples --test kitchen_objects -- --nocapture` prints both lists. The rendered
 //! counterparts, whose truth is exact, are the objects columns of the example `evaluate`.
@@ -12,14 +13,14 @@ use dymlm_test_support::recording;
 
 /// A thing that was counted by eye in the colour images of `kitchen`. Its place was read off the map and
 /// checked by projecting it into images from several sides; the keyboard's and the near right chair's, which
-/// the map lacks, were estimated from the images. So this test guards what stands; it is no independent
-/// evidence.
+/// the map lacks, were estimated from the images. So this test guards against regressions; it is not
+/// independent evidence.
 struct Thing {
     name: &'static str,
     label: &'static str,
     /// World, metres.
     place: [f64; 3],
-    /// Objects of the label with their centres this near to `place` are it, metres.
+    /// Objects with the label whose centres are within this distance of `place` are this thing, metres.
     reach: f64,
     detector: Detector,
 }
@@ -27,9 +28,9 @@ struct Thing {
 /// Whether the detector found the thing in enough of the frames that show it.
 #[derive(Clone, Copy, PartialEq)]
 enum Detector {
-    /// It did: the thing must be in the map.
+    /// It was found in enough frames: the thing must be in the map.
     Finds,
-    /// In one or two frames, or in less than a quarter of those that show it: nobody could tell from that.
+    /// It was found in one or two frames, or in less than a quarter of those that show it: too few to tell.
     Misses,
 }
 use Detector::{Finds, Misses};
@@ -63,9 +64,9 @@ const THINGS: [Thing; 15] = [
     thing("keyboard", "keyboard", [0.1, -0.75, 3.05], 0.4, Misses),
 ];
 
-/// Objects that are nothing of their label, at most. Three are there but the detector gives them a wrong name
-/// again and again: two wooden stands (sink) and a wooden case (microwave) on the counter. The fourth are
-/// bags in the corner (chair), in `kitchen_people`.
+/// Most objects with a wrong label. Three are real things that the detector repeatedly mislabels: two wooden
+/// stands (sink) and a wooden case (microwave) on the counter. The fourth are bags in the corner
+/// (chair), in `kitchen_people`.
 const MOST_WRONG: usize = 4;
 
 #[test]
@@ -119,7 +120,7 @@ fn map(folder: &Path) -> Vec<MapObject> {
     options.every = 2;
     let mut source = FrameSource::recorded(folder, None, &options).unwrap();
     let mut config = MapConfig::default();
-    // What is not looked at need not be exact.
+    // The octree is not tested, so it may be coarse.
     config.octree.resolution = 0.2;
     config.cloud.voxel_size = 0.05;
     let mut builder = MapBuilder::new(config).unwrap();

@@ -14,24 +14,24 @@ use dymlm_io::TumOptions;
 use dymlm_test_support::recording;
 
 /// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures;
-/// all else about it is judged.
+/// everything else about it is tested.
 struct Surface {
     name: &'static str,
     /// A point on it, metres, and its normal; world.
     point: [f64; 3],
     normal: [f64; 3],
-    /// Planes of it have their centroids this near to `point`, metres.
+    /// Planes whose centroids are within this distance of `point` may belong to the surface, metres.
     reach: f64,
 }
 
-/// Least share of a surface's mapped area that one plane must hold: a little less than what stands, which is
-/// all of it.
+/// Least share of a surface's mapped area that one plane must hold: a little less than the current value,
+/// which is all of it.
 const LEAST_SHARE: f64 = 0.9;
 
 const UP: [f64; 3] = [0.0089, -0.9044, -0.4265];
 const SURFACES: [Surface; 7] = [
     Surface { name: "table top", point: [-0.08, 0.01, 1.77], normal: UP, reach: 1.2 },
-    // Its two parts, before the table and far behind it, are in no frame together.
+    // No frame shows both of its parts, before the table and far behind it.
     Surface { name: "floor", point: [-1.51, 0.67, 2.03], normal: UP, reach: 4.0 },
     Surface { name: "counter", point: [-0.99, -0.45, 2.96], normal: [0.02, 0.45, -0.89], reach: 1.2 },
     Surface { name: "cabinet", point: [-1.91, 0.0, 2.02], normal: [0.995, 0.0, 0.1], reach: 0.8 },
@@ -40,7 +40,7 @@ const SURFACES: [Surface; 7] = [
     Surface { name: "right wall", point: [-2.53, -0.59, 1.93], normal: [0.99, 0.04, 0.12], reach: 1.0 },
 ];
 
-/// Planes belong to a surface that they are parallel to within 10 degrees and lie on within 5 cm.
+/// A plane belongs to a surface if it is parallel to within 10 degrees and within 5 cm of it.
 const COS_ANGLE: f64 = 0.985;
 const OFFSET: f64 = 0.05;
 
@@ -68,7 +68,7 @@ fn surfaces_are_planes_and_people_are_none() {
     }
 }
 
-/// People are round: even where nobody is detected they are no planes.
+/// People are round: even without detections they give no planes.
 #[test]
 fn undetected_people_are_no_planes() {
     let Some(folder) = recording("kitchen_people") else { return };
@@ -79,7 +79,7 @@ fn undetected_people_are_no_planes() {
     assert!(kitchen.people_pixels > 100_000, "{}", kitchen.people_pixels);
 }
 
-/// Prints the planes of a surface, and answers whether one of them holds enough of it.
+/// Prints the planes of a surface, and returns whether one of them holds enough of it.
 fn is_one(surface: &Surface, planes: &PlaneMap) -> bool {
     let mut parts: Vec<&MapPlane> = planes.iter().filter(|plane| is_of(plane, surface)).collect();
     parts.sort_by(|a, b| b.area().total_cmp(&a.area()));
@@ -96,7 +96,7 @@ fn is_one(surface: &Surface, planes: &PlaneMap) -> bool {
     share >= LEAST_SHARE
 }
 
-/// How far before the surface a plane's centroid lies, metres.
+/// Distance of a plane's centroid before the surface, metres.
 fn offset(plane: &MapPlane, surface: &Surface) -> f64 {
     dot(plane.centroid(), surface.normal) - dot(surface.point, surface.normal)
 }
@@ -115,7 +115,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// The plane map of every second frame.
 struct Kitchen {
     planes: PlaneMap,
-    /// For each plane of the map its pixels in all frames, and how many of them show people.
+    /// For each plane of the map, the number of its pixels in all frames, and how many of them show people.
     pixels: BTreeMap<PlaneId, [usize; 2]>,
     /// Pixels of people in all frames.
     people_pixels: usize,
@@ -127,7 +127,7 @@ impl Kitchen {
         options.every = 2;
         let mut source = FrameSource::recorded(folder, None, &options).unwrap();
         let mut config = MapConfig::default();
-        // What is not looked at need not be exact.
+        // The octree is not tested, so it may be coarse.
         config.octree.resolution = 0.2;
         let mut builder = MapBuilder::new(config).unwrap();
         let (mut sightings, mut people_pixels) = (Vec::new(), 0);
@@ -152,7 +152,7 @@ impl Kitchen {
         let planes = builder.into_map().planes().clone();
         let mut pixels: BTreeMap<PlaneId, [usize; 2]> = BTreeMap::new();
         for (id, [all, people]) in sightings {
-            // Planes that were merged go by the name of the one that is left.
+            // The pixels of merged planes count for the plane that remains.
             let sum = pixels.entry(planes.plane(id).unwrap().id()).or_default();
             *sum = [sum[0] + all, sum[1] + people];
         }
@@ -164,7 +164,7 @@ impl Kitchen {
     }
 }
 
-/// For each plane of the last frame its pixels, and how many of them show people.
+/// For each plane of the last frame, the number of its pixels, and how many of them show people.
 fn count_pixels(builder: &MapBuilder, shows_people: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let detector = builder.plane_detector();
     let mut of_label: BTreeMap<u16, [usize; 2]> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! `map` as a program: maps of several sessions become one, floors become grids.
+//! Tests of the program `map`: maps of several sessions are merged, floors become grids.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -7,7 +7,7 @@ use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
 use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
 use dymlm_test_support::{Rectangle, World, look_at, small_camera};
 
-/// None where the program is not built: `cargo test` of the whole package builds it.
+/// Runs the program; `None` if it is not built: `cargo test` of the whole package builds it.
 fn map(arguments: &[&str]) -> Option<Output> {
     let deps = std::env::current_exe().unwrap();
     let name = format!("map{}", std::env::consts::EXE_SUFFIX);
@@ -63,7 +63,7 @@ fn maps_of_two_sessions_become_one() {
     assert!(String::from_utf8(refused.stderr).unwrap().contains("1 poses for 2 maps"));
 }
 
-/// A camera that looks ahead over two floors, one after the other, with a wall at each.
+/// Saves a map of two floors, each with a wall, seen one after the other by a camera that looks ahead.
 fn save_storeys(folder: &Path) {
     let mut builder = MapBuilder::new(MapConfig::offline()).unwrap();
     let camera = small_camera();

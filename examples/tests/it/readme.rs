@@ -1,4 +1,4 @@
-//! What the README says about config files holds.
+//! Tests what the README says about config files.
 
 use dymlm::MapConfig;
 use dymlm::dynamics::MaskMode;

@@ -1,5 +1,5 @@
-//! The page of a run: what is in it, that it asks nothing of a network, and that its script is what the sources
-//! give.
+//! Tests of a run's page: its contents, that it needs no network, and that its script is built from the
+//! current sources.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -12,7 +12,7 @@ use dymlm_io::{StampedPose, Trajectory};
 use dymlm_sim::{Activity, Room, SceneEvent, Sequence, SequenceConfig};
 use serde_json::Value;
 
-/// Maps a sequence and gives the page, and its JSON.
+/// Maps a sequence and returns the page and its JSON.
 fn page_of(config: &SequenceConfig, title: &str) -> (String, Value) {
     let sequence = Sequence::new(config).unwrap();
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
@@ -47,7 +47,7 @@ fn list<'a>(data: &'a Value, name: &str) -> &'a Vec<Value> {
     data[name].as_array().unwrap()
 }
 
-/// Nothing in it can be asked of a network: addresses are names of XML's vocabularies, and no more.
+/// The page can request nothing from a network: its only addresses are names of XML namespaces.
 fn check_needs_no_network(page: &str) {
     for (at, _) in page.match_indices("://") {
         let before = page[..at].char_indices().rev().take_while(|(_, c)| c.is_ascii_alphabetic()).last();
@@ -90,7 +90,7 @@ fn a_chair_that_was_pushed_away_is_told_of() {
     };
     assert!(objects.iter().all(|object| times(object).is_sorted()));
 
-    // Truth: where it stood and stands.
+    // The truth: the chair's old and new place.
     let change = Sequence::new(&config).unwrap().changes().remove(0);
     let [before, after] = [change.before.unwrap(), change.after.unwrap()].map(|place| place.center());
     let chair = list(&data, "gone").iter().find(|object| object["label"] == "chair").unwrap();
@@ -141,8 +141,8 @@ fn an_empty_map_has_a_page() {
     assert!(!page.contains("NaN,") && !data["floor"].is_null());
 }
 
-/// The number at the top of the bundle is that of the sources that are here: whoever changes them and forgets
-/// `npm run build` is told. That the bytes are what they give, `npm run check` says.
+/// The checksum at the top of the bundle is that of the current sources: it differs if they changed without
+/// `npm run build`. `npm run check` verifies that the bundle's bytes are the build's output.
 #[test]
 fn the_bundle_is_of_these_sources() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("report_page");
@@ -161,7 +161,7 @@ fn the_bundle_is_of_these_sources() {
     let bundle = fs::read_to_string(folder.join("page.js")).unwrap();
     let expected = format!("/*! sources {:08x}; made by npm run build", checksum.finalize());
     assert!(bundle.starts_with(&expected), "{expected}: run npm run build in examples/report_page");
-    // three's licence asks for its notice.
+    // three's licence requires its notice.
     assert!(bundle.contains("The MIT License") && bundle.contains("three.js authors"));
     assert!(!bundle.contains("</script"), "it would end its element");
 }

@@ -1,4 +1,4 @@
-//! `track_object --dataset` as a program: a recording in which a thing stands.
+//! Tests of the program `track_object --dataset`: a recording in which a thing stands still.
 
 use std::process::Command;
 

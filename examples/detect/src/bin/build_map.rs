@@ -1,4 +1,4 @@
-//! `build_map` of the examples with a detector: `--detector FILE.onnx` finds in the images what is in them.
+//! `build_map` of the examples with a detector: `--detector FILE.onnx` detects things in the images.
 //!
 //! `cargo run --release --manifest-path examples/detect/Cargo.toml --bin build_map -- --dataset DIR --detector yolox_nano.onnx
 //! [--detector-names FILE] ...`

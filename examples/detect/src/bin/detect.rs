@@ -25,10 +25,10 @@ struct Arguments {
     /// TUM RGB-D folder, or a ROS 2 bag (FILE.mcap)
     #[arg(long)]
     dataset: Option<PathBuf>,
-    /// One image, JPEG or PNG: what is in it is printed
+    /// One image, JPEG or PNG, whose detections are printed
     #[arg(long)]
     image: Option<PathBuf>,
-    /// The network: YOLOX as it is exported to ONNX
+    /// The network: YOLOX exported to ONNX
     #[arg(long)]
     model: PathBuf,
     /// Names of the network's classes, one a line; default: COCO's
@@ -40,13 +40,13 @@ struct Arguments {
     /// Least score of a detection, 0 to 1
     #[arg(long, default_value_t = YoloxConfig::default().min_score)]
     min_score: f32,
-    /// Take every N-th frame
+    /// Takes only every N-th frame
     #[arg(long, default_value_t = 1, conflicts_with = "image")]
     every: usize,
-    /// Says how much the detections differ from those of another detections.jsonl
+    /// Prints how much the detections differ from those of another detections.jsonl
     #[arg(long, conflicts_with = "image")]
     compare: Option<PathBuf>,
-    /// Draws the boxes into the image, or into the recording's middle one
+    /// Draws the boxes into the image, or into the recording's middle image
     #[arg(long)]
     picture: Option<PathBuf>,
 }
@@ -94,7 +94,7 @@ fn detect_in_recording(dataset: &Path, yolox: &Yolox, arguments: &Arguments) -> 
     if let Some(folder) = arguments.out.parent() {
         fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
-    // The file takes its place when it is complete; that it can be written shows before anything is detected.
+    // The file is put in place when it is complete; an unwritable one is noticed before anything is detected.
     let mut run = Run::default();
     write_atomically(&arguments.out, |out| {
         detect_all(&mut images, yolox, arguments.picture.as_deref(), reference.as_ref(), out, &mut run)
@@ -104,7 +104,7 @@ fn detect_in_recording(dataset: &Path, yolox: &Yolox, arguments: &Arguments) -> 
     Ok(())
 }
 
-/// What a run has come to.
+/// The results of a run.
 #[derive(Default)]
 struct Run {
     detections: usize,
@@ -113,8 +113,8 @@ struct Run {
     comparison: Option<Comparison>,
 }
 
-/// Writes a line for each image, until somebody interrupts. An image that cannot be read, or that the network fails
-/// on, costs a warning and has no line: nobody has looked at it.
+/// Writes a line for each image until the user interrupts. An image that cannot be read, or on which the
+/// network fails, gives a warning and no line, since the detector did not run on it.
 fn detect_all(
     images: &mut ImageSource,
     yolox: &Yolox,
@@ -168,7 +168,7 @@ fn detect_one(
 }
 
 impl Run {
-    /// With what the reference has of the image, if it has a line for it.
+    /// Compares with the reference's line for the image, if it has one.
     fn compare(
         &mut self,
         timestamp: f64,

@@ -18,21 +18,21 @@ pub(crate) const RED: Rgb = [255, 0, 0];
 pub(crate) const BLUE: Rgb = [0, 0, 255];
 pub(crate) const GREY: Rgb = [114; 3];
 
-/// A network whose cells of one grid see how red or blue they are; what all others see is nothing.
+/// A network in which the cells of one grid detect how red or blue they are; all other cells detect nothing.
 ///
-/// Each grid is a convolution as wide as its stride: the mean of a cell's colours decides whether there is anything
-/// (neither grey nor green) and whether it is rather red (class 0) or blue (class 1). Boxes are the cells.
+/// Each grid is a convolution as wide as its stride: the mean colour of a cell decides whether there is
+/// anything (neither grey nor green) and whether it is red (class 0) or blue (class 1). Boxes are the cells.
 #[derive(Clone)]
 pub(crate) struct ColorNetwork {
     /// Width and height of its input, pixels.
     pub size: [i64; 2],
-    /// Of the grid that sees.
+    /// Stride of the grid that detects.
     pub stride: i64,
     /// Whether it takes any number of images at once.
     pub any_batch: bool,
     /// Whether scores go through the sigmoid.
     pub has_sigmoid: bool,
-    /// Whether rows are cells, as they should be.
+    /// Whether there is a row for each cell, as there should be.
     pub rows_are_cells: bool,
 }
 
