@@ -5,7 +5,7 @@ use crate::choices::Choices;
 const SIDES: [usize; 2] = [32, 24];
 const LABELS: [&str; 5] = ["person", "chair", "dog", "cup", "???"];
 
-/// A wall, a floor, things before them, and readings of any value.
+/// A frame with a wall, a floor, things before them, and readings of any value.
 pub(crate) fn frame(choices: &mut Choices<'_>, time: f64) -> Option<Frame> {
     let [width, height] = SIDES;
     let camera = PinholeCamera::new(width, height, 26.0, 26.0, 15.5, 11.5).unwrap();
@@ -31,7 +31,7 @@ pub(crate) fn frame(choices: &mut Choices<'_>, time: f64) -> Option<Frame> {
     Frame::new(time, camera, DepthImage::new(width, height, depth).ok()?, colors).ok()
 }
 
-/// What a detector may say of it: mostly a few boxes, seldom more than anybody wants.
+/// Detections for a frame: mostly a few boxes, seldom very many.
 pub(crate) fn detections(choices: &mut Choices<'_>) -> Vec<Detection> {
     let count = if choices.byte() > 252 { 400 } else { usize::from(choices.below(5)) };
     (0..count).filter_map(|_| detection(choices)).collect()

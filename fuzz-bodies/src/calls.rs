@@ -8,14 +8,14 @@ use crate::choices::Choices;
 use crate::fingerprint::fingerprint;
 use crate::memory_folder::memory_folder;
 
-/// A map builder that is called in any order and with any arguments. What is refused changes nothing; what is
-/// saved is loaded as the same.
+/// A map builder whose methods are called in any order and with any arguments. Refused calls must change
+/// nothing; saved maps must load as the same.
 pub(crate) struct Calls {
     pub(crate) builder: MapBuilder,
     reader: MapReader,
     time: f64,
     saver: Option<(TempDir, MapSaver)>,
-    /// The maps as they were once.
+    /// The maps at an earlier time.
     kept: Option<MultiLevelMap>,
 }
 
@@ -26,7 +26,7 @@ impl Calls {
         Self { builder, reader, time, saver: None, kept: None }
     }
 
-    /// Calls until the choices are over, so many at the most.
+    /// Makes at most `count` calls, until the choices end.
     pub(crate) fn run(&mut self, count: usize, choices: &mut Choices<'_>) {
         for _ in 0..count {
             if choices.is_over() {
@@ -34,7 +34,7 @@ impl Calls {
             }
             self.call(choices);
             let latest = self.reader.latest();
-            // Counting goes through all maps: done after each call, it takes most of the time.
+            // Counting goes through all maps; after each call it would take most of the time.
             if choices.byte() < 16 {
                 let _ = (latest.counts(), self.builder.trajectory().count());
             }
@@ -42,7 +42,7 @@ impl Calls {
     }
 
     fn call(&mut self, choices: &mut Choices<'_>) {
-        // Shares what does not change, and is counted only if the call is refused.
+        // The clone shares unchanged memory, and is compared only if the call is refused.
         let before = (self.builder.map().clone(), self.builder.trajectory().count());
         let is_refused = match choices.below(16) {
             0..=5 => self.insert(choices).is_err(),
@@ -94,7 +94,7 @@ impl Calls {
         self.builder.insert(&frame, found, &choices.pose()).map(drop)
     }
 
-    /// Mostly one that was given.
+    /// Mostly the id of an inserted frame.
     fn frame_id(&self, choices: &mut Choices<'_>) -> FrameId {
         let frames = self.builder.trajectory().count() as u64;
         let is_known = frames > 0 && choices.byte() < 240;
@@ -119,7 +119,8 @@ impl Calls {
         self.reader = self.builder.reader();
     }
 
-    /// Goes on with what was loaded: it follows corrections as what was never saved.
+    /// Saves, loads and continues with the loaded maps, which must follow corrections like maps that were
+    /// never saved.
     fn save_and_load(&mut self, choices: &mut Choices<'_>) -> bool {
         let (_, saver) = self.saver.get_or_insert_with(|| {
             let folder = memory_folder();

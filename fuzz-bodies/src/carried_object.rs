@@ -12,8 +12,8 @@ use dymlm_core::{
 use crate::choices::Choices;
 use crate::walk::{MAP, MAPPED, WALK};
 
-/// What follows a thing, and what it says of it first. Only its bounds are told to the maps, so one will do
-/// for all objects: those of the walk are too few pixels wide to be followed.
+/// A tracker of a thing and its first update. The maps use only the bounds from it, so one tracker serves for
+/// all objects: those of the walk are too few pixels wide to be followed.
 static FOLLOWED: LazyLock<(ObjectTracker, ObjectUpdate)> = LazyLock::new(|| {
     let [width, height] = [160, 120];
     let camera = PinholeCamera::new(width, height, 130.0, 130.0, 79.5, 59.5).unwrap();
@@ -30,7 +30,7 @@ static FOLLOWED: LazyLock<(ObjectTracker, ObjectUpdate)> = LazyLock::new(|| {
     (tracker, update)
 });
 
-/// Objects of a map are carried about and put down anywhere, while frames come and poses are corrected.
+/// Objects of a map are carried and put down anywhere, while frames are inserted and poses are corrected.
 pub fn carried_object(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let mut builder = MapBuilder::resume(MAP.clone()).unwrap();
@@ -71,7 +71,7 @@ pub fn carried_object(bytes: &[u8]) {
     builder.settle();
 }
 
-/// Tells the maps that an object was found anywhere; whether they refuse it.
+/// Tells the maps that an object was found anywhere; returns whether they refuse it.
 fn follow(builder: &mut MapBuilder, choices: &mut Choices<'_>) -> bool {
     let (tracker, update) = &*FOLLOWED;
     let mut update = update.clone();
@@ -85,7 +85,7 @@ fn follow(builder: &mut MapBuilder, choices: &mut Choices<'_>) -> bool {
     update.came_to_rest = choices.is_true().then(|| {
         let moved_from = if choices.byte() < 240 { stands } else { choices.pose() };
         let since = choices.number();
-        // It has no constructor.
+        // The value is decoded, since its type has no constructor.
         let rest = encode_part(&(update.world_from_object, moved_from, since)).unwrap();
         decode_part::<RestReport>(0, &rest).unwrap()
     });

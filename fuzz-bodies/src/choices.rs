@@ -1,6 +1,6 @@
 use dymlm_core::Pose;
 
-/// Bytes as choices; after their end all are zero.
+/// Reads choices from bytes; after the end of the bytes, all choices are zero.
 #[derive(Debug, Clone)]
 pub(crate) struct Choices<'a> {
     rest: &'a [u8],
@@ -21,12 +21,12 @@ impl<'a> Choices<'a> {
         first
     }
 
-    /// From 0 to `end`, exclusive.
+    /// A number from 0 to `end`, exclusive.
     pub(crate) fn below(&mut self, end: u8) -> u8 {
         self.byte() % end.max(1)
     }
 
-    /// From 0 to `end`, exclusive, where there are many.
+    /// A number from 0 to `end`, exclusive, for large `end`.
     pub(crate) fn number_below(&mut self, end: usize) -> usize {
         let number = usize::from(self.byte()) << 8 | usize::from(self.byte());
         number % end.max(1)
@@ -36,7 +36,7 @@ impl<'a> Choices<'a> {
         self.byte() % 2 == 1
     }
 
-    /// Mostly of the order of 1, seldom at an extreme or no number at all.
+    /// A number, mostly of the order of 1, seldom extreme or NaN.
     pub(crate) fn number(&mut self) -> f64 {
         let (kind, value) = (self.byte(), self.byte());
         let signed = f64::from(value.cast_signed());
@@ -58,7 +58,7 @@ impl<'a> Choices<'a> {
         std::array::from_fn(|_| self.number())
     }
 
-    /// Near where cameras are, seldom anywhere.
+    /// A pose near those of cameras, seldom anywhere.
     pub(crate) fn pose(&mut self) -> Pose {
         if self.byte() < 200 {
             let [x, y, z] = [0; 3].map(|_| f64::from(self.byte().cast_signed()) / 256.0);

@@ -13,8 +13,8 @@ fn poses(builder: &MapBuilder) -> Vec<(FrameId, Pose)> {
     builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
 }
 
-/// Poses of a walk are corrected anyhow, one correction after the other: the last poses alone count, and
-/// corrected back the maps are the first.
+/// Poses of a walk are corrected arbitrarily, several times. Only the last poses must count, and correcting
+/// back to the first poses must give the first maps.
 pub fn correct_poses(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let mut builder = MapBuilder::resume(MAP.clone()).unwrap();

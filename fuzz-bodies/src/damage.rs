@@ -1,7 +1,8 @@
 use crate::choices::Choices;
 use crate::walk::Parts;
 
-/// Numbers that count, index or measure more than anything does, as they are saved.
+/// Extreme numbers as they are saved: huge counts and indices, NaN, an infinity, the largest f64, negative
+/// zero.
 const EXTREMES: [&[u8]; 8] = [
     b"\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
     b"\xff\xff\xff\xff\x0f",
@@ -19,7 +20,7 @@ pub(crate) fn damage(parts: &mut Parts, choices: &mut Choices<'_>) {
         if parts.is_empty() {
             return;
         }
-        // As often one of the first, which hold what is one of its kind.
+        // The first parts, which hold data that exists once, are damaged as often as all others.
         let place =
             if choices.is_true() { choices.below(4).into() } else { choices.number_below(parts.len()) };
         let place = place.min(parts.len() - 1);
@@ -42,7 +43,7 @@ pub(crate) fn damage(parts: &mut Parts, choices: &mut Choices<'_>) {
                 bytes.splice(at..end, extreme.iter().copied());
             }
             12..=14 => {
-                // A number in the place of another.
+                // Replaces a number by another.
                 let number = choices.number();
                 let number: &[u8] =
                     if choices.is_true() { &number.to_le_bytes() } else { &(number as f32).to_le_bytes() };

@@ -2,7 +2,7 @@ use dymlm::files::{object_records, plane_records};
 use dymlm::{MultiLevelMap, Selection};
 use dymlm_io::{encode_objects, encode_planes, encode_ply};
 
-/// Everything that the maps say, in bytes.
+/// Everything that can be read from the maps, in bytes.
 pub(crate) fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
     let mut bytes = fingerprint_without_ids(map);
     let planes = map.planes().iter().chain(map.planes().candidates()).map(|plane| plane.id().get());
@@ -11,12 +11,12 @@ pub(crate) fn fingerprint(map: &MultiLevelMap) -> Vec<u8> {
     bytes
 }
 
-/// Everything but how planes and objects are called.
+/// The same without the ids of planes and objects.
 pub(crate) fn fingerprint_without_ids(map: &MultiLevelMap) -> Vec<u8> {
     let mut bytes = Vec::new();
     encode_ply(&mut bytes, &map.cloud().point_cloud(Selection::Static)).unwrap();
     map.octree().write_ot(&mut bytes).unwrap();
-    // Each alone: their order is that of their ids.
+    // Each record is encoded alone and all are sorted, since their order is that of their ids.
     let planes = plane_records(map.planes()).into_iter().map(|mut plane| {
         plane.id = 0;
         let mut own = Vec::new();

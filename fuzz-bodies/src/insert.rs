@@ -6,8 +6,8 @@ use dymlm_core::{ColorImage, DepthImage, Distortion, Frame, PinholeCamera, Recti
 use crate::any_frame::detections;
 use crate::choices::Choices;
 
-/// A few frames of any camera and any lens, with any readings, detections, map points and poses. What is
-/// refused changes nothing; what is mapped are places.
+/// A few frames of any camera and any lens, with any readings, detections, map points and poses. Refused
+/// frames must change nothing; all mapped coordinates must be finite.
 pub fn insert(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let mut config = MapConfig::default();
@@ -39,7 +39,7 @@ pub fn insert(bytes: &[u8]) {
     assert!(planes.flat_map(MapPlane::centroid).all(f64::is_finite));
 }
 
-/// Of few pixels, most of them at any distance from the one before.
+/// A frame of few pixels, most of them at any distance from the one before.
 fn frame(choices: &mut Choices<'_>, time: f64) -> Option<Frame> {
     let camera = camera(choices)?;
     let [width, height] = [camera.width(), camera.height()];

@@ -1,7 +1,7 @@
-//! What fuzzers drive. A [`Body`] takes any bytes, and fails by a panic.
+//! The bodies of the fuzz targets. A [`Body`] takes any bytes and fails by a panic.
 //!
-//! `fuzz/` drives them by cargo-fuzz, on nightly; [`run`] by an own loop of mutations, on stable: some
-//! seconds in the gate, an hour in `.ci/nightly`.
+//! `fuzz/` runs them with cargo-fuzz on nightly Rust; [`run`] runs them with its own mutation loop on stable
+//! Rust: some seconds in the gate, an hour in `.ci/nightly`.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
@@ -41,5 +41,5 @@ pub use run::{Effort, run};
 pub use saved_map::saved_map;
 pub use saved_parts::{saved_cloud, saved_history, saved_objects, saved_octree, saved_planes};
 
-/// Any bytes in; a panic is a finding.
+/// A function that takes any bytes; a panic is a finding.
 pub type Body = fn(&[u8]);

@@ -5,9 +5,9 @@ use crate::choices::Choices;
 use crate::fingerprint::fingerprint;
 use crate::memory_folder::memory_folder;
 
-/// Calls of a map builder, in any order and with any arguments: small frames, detections, late ones,
-/// corrections, scans, what readers ask, maps that are saved, loaded, resumed, merged. With a budget of
-/// memory they are the same as without.
+/// Calls of a map builder, in any order and with any arguments: small frames, detections, late detections,
+/// corrections, scans, readers' queries, maps that are saved, loaded, resumed and merged. With a memory
+/// budget, the maps must be the same as without.
 pub fn map_builder(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let folder = memory_folder();
@@ -18,7 +18,7 @@ pub fn map_builder(bytes: &[u8]) {
         _ => HistoryConfig::Memory,
     };
     config.sensor.stride = 1 + usize::from(choices.below(2));
-    // Fine cells are for single cases: most of what may go wrong does not ask how many there are.
+    // Fine cells are rare: most errors do not depend on the number of cells.
     let fineness = choices.byte();
     config.cloud.voxel_size = if fineness < 16 { 0.01 } else { 0.1 };
     config.octree.resolution = if fineness < 16 { 0.05 } else { [0.2, 0.5, 1.0][usize::from(fineness % 3)] };

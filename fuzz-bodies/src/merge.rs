@@ -5,8 +5,8 @@ use crate::calls::Calls;
 use crate::choices::Choices;
 use crate::fingerprint::fingerprint;
 
-/// Maps of three sessions in which anything happened: merged in any order they are the same, or are refused
-/// and stay as they were.
+/// Maps of three sessions of arbitrary calls: merged in any order they must be the same, or the merge is
+/// refused and changes nothing.
 pub fn merge(bytes: &[u8]) {
     let mut config = MapConfig::default();
     config.history = HistoryConfig::Memory;
@@ -15,8 +15,8 @@ pub fn merge(bytes: &[u8]) {
     let third = bytes.len() / 3;
     let map = |place: usize| {
         let mut choices = Choices::new(&bytes[place * third..][..third]);
-        // Sessions begin at different times: else they may be one recording, of which the maps know different
-        // things.
+        // Sessions begin at different times: else they may be the same recording, of which the maps know
+        // different parts.
         let mut calls = Calls::new(config.clone(), 1000.0 * f64::from(choices.byte()) + 0.01 * place as f64);
         calls.run(8, &mut choices);
         calls.builder.settle();

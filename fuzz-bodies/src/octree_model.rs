@@ -4,20 +4,20 @@ use dymlm_octree::{CellState, Octree, OctreeConfig};
 
 use crate::choices::Choices;
 
-/// Cells of 0.25 m: indices are exact.
+/// Side of a cell, 0.25 m, so that indices are exact.
 const CELL: f64 = 0.25;
-/// Cells from the origin that take part, along each axis.
+/// Largest distance of the tested cells from the origin along each axis, in cells.
 const REACH: i16 = 40;
 
 type Cell = [i16; 3];
 
-/// An octree and what it should hold, cell by cell. Rays are compared in the octree's own tests.
+/// An octree and the contents that it should have, cell by cell. Rays are compared in the octree's own tests.
 struct Pair {
     octree: Octree,
     cells: BTreeMap<Cell, f32>,
 }
 
-/// What the octree's model comes to, asked of the octree itself.
+/// The constants of the octree's model, read from the octree itself.
 struct Limits {
     least: f32,
     most: f32,
@@ -80,7 +80,7 @@ impl Pair {
                 }
             }
             2 => {
-                // A cube, aligned or not: leaves of several cells.
+                // A cube, aligned or not, which may give leaves of several cells.
                 let side = 1 << choices.below(4);
                 let corner = if choices.is_true() { a.map(|i| i.div_euclid(side) * side) } else { a };
                 let value = f32::from(choices.below(5)) - 2.0;
@@ -147,7 +147,7 @@ impl Pair {
     }
 }
 
-/// Random operations on two octrees, each beside a map of single cells.
+/// Random operations on two octrees, each compared with a map of single cells.
 pub fn octree_model(bytes: &[u8]) {
     let limits = limits();
     let mut choices = Choices::new(bytes);

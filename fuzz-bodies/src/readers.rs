@@ -15,7 +15,7 @@ use crate::damage::damage;
 use crate::memory_folder::memory_folder;
 use crate::walk::{MAPPED, SAVED_FILES, SAVED_FOLDER, WALK};
 
-/// PLY files: what is read is written, and read again.
+/// PLY files: a file that is read is written and read again.
 pub fn read_ply(bytes: &[u8]) {
     if let Ok(cloud) = dymlm_io::decode_ply(bytes, "fuzz.ply") {
         let mut file = Vec::new();
@@ -25,7 +25,7 @@ pub fn read_ply(bytes: &[u8]) {
     }
 }
 
-/// PCD files: what is read is written, and read again.
+/// PCD files: a file that is read is written and read again.
 pub fn read_pcd(bytes: &[u8]) {
     if let Ok(read) = dymlm_io::decode_pcd(bytes, "fuzz.pcd") {
         assert_eq!(read.width * read.height, read.cloud.len());
@@ -35,13 +35,13 @@ pub fn read_pcd(bytes: &[u8]) {
     }
 }
 
-/// Files of a folder that lives as long as the call.
+/// Runs a reader in a folder that exists only during the call.
 fn in_folder(read: impl FnOnce(&Path)) {
     let folder = memory_folder();
     read(folder.path());
 }
 
-/// Trajectories: what is read is written, and read again as the same.
+/// Trajectories: one that is read is written, and must read back as the same.
 pub fn read_trajectory(bytes: &[u8]) {
     in_folder(|folder| {
         let path = folder.join("trajectory.txt");
@@ -56,7 +56,8 @@ pub fn read_trajectory(bytes: &[u8]) {
     });
 }
 
-/// PNG and JPEG files as depth and as colours: what is read is written, and read again as the same.
+/// PNG and JPEG files as depth and as colours: an image that is read is written, and must read back as the
+/// same.
 pub fn read_image(bytes: &[u8]) {
     in_folder(|folder| {
         let path = folder.join("image.png");
@@ -72,7 +73,7 @@ pub fn read_image(bytes: &[u8]) {
     });
 }
 
-/// Puts right the checksums of a PNG's chunks, so that the decoder looks at what is in them.
+/// Corrects the checksums of a PNG's chunks, so that the decoder reads their contents.
 fn with_png_checksums(bytes: &[u8]) -> Vec<u8> {
     let mut file = bytes.to_vec();
     let mut start = 8;
@@ -94,11 +95,11 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Config files: what is valid maps a frame, is saved with the maps and read back.
+/// Config files: a valid config maps a frame, is saved with the maps and read back.
 pub fn read_config(bytes: &[u8]) {
     let Ok(text) = str::from_utf8(bytes) else { return };
     let Ok(mut config) = MapConfig::from_toml(text) else { return };
-    // No files of the machine's.
+    // The config must not name files of the machine.
     (config.history, config.memory.path) = (HistoryConfig::None, None);
     let Ok(mut builder) = MapBuilder::new(config) else { return };
     let SimulatedFrame { frame, detections, world_from_camera, .. } = &WALK[0];
@@ -139,7 +140,7 @@ pub fn read_mcap(bytes: &[u8]) {
     });
 }
 
-/// Labels of YOLO; the first line is the number of names.
+/// YOLO's label files; the first line is the number of names.
 pub fn read_yolo(bytes: &[u8]) {
     in_folder(|folder| {
         fs::write(folder.join("frame.txt"), bytes).unwrap();
@@ -168,7 +169,7 @@ pub fn read_records(bytes: &[u8]) {
     });
 }
 
-/// The lists of a TUM folder, parted by zeros: camera, depth, colour, trajectory, associations.
+/// The lists of a TUM folder, separated by zeros: camera, depth, colour, trajectory, associations.
 pub fn read_tum(bytes: &[u8]) {
     in_folder(|folder| {
         let names = ["camera.json", "depth.txt", "rgb.txt", "groundtruth.txt", "associations.txt"];
@@ -179,13 +180,13 @@ pub fn read_tum(bytes: &[u8]) {
         let _ = (dataset.gaps(), dataset.faults().len());
         let mut buffers = FrameBuffers::default();
         for index in 0..dataset.frames().len().min(3) {
-            // None of the images is there.
+            // None of the images exists.
             assert!(dataset.load_into(index, &mut buffers).is_err());
         }
     });
 }
 
-/// The manifest of a map folder, and behind a zero a file of it; as maps and as files.
+/// The manifest of a map folder and, after a zero, one of its files; read as maps and as files.
 pub fn read_map_folder(bytes: &[u8]) {
     in_folder(|folder| {
         let mut parts = bytes.splitn(2, |&byte| byte == 0);
@@ -203,14 +204,14 @@ pub fn read_map_folder(bytes: &[u8]) {
     });
 }
 
-/// A saved folder one of whose files is damaged, before its checksums.
+/// A saved folder with damaged files, whose checksums are left as they are.
 pub fn read_saved_folder(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
     let mut files = SAVED_FOLDER.clone();
     damage(&mut files, &mut choices);
     in_folder(|folder| {
         for ((number, content), name) in files.iter().zip(SAVED_FILES) {
-            // A part in the place of another, or under another key, is another file's content here.
+            // Here, a part in another's place, or under another key, means the content of another file.
             let name = SAVED_FILES.get(*number as usize).copied().unwrap_or(name);
             fs::write(folder.join(name), content).unwrap();
         }
@@ -223,7 +224,7 @@ pub fn read_saved_folder(bytes: &[u8]) {
     });
 }
 
-/// What may be asked of a map that was read.
+/// Queries of a map that was read.
 fn ask(map: &Octree) {
     let counts = map.counts();
     assert_eq!(map.leaves().count(), counts.leaves);
@@ -231,7 +232,7 @@ fn ask(map: &Octree) {
     let _ = map.cast_ray([0.0; 3], [1.0, 0.3, 0.2], 100.0, UnknownCells::Pass);
     let _ = map.nearest_obstacle([0.0; 3], 0.5);
     if let Some(extent) = map.extent() {
-        // A face of 2^28 cells takes seconds.
+        // Large maps are skipped: a face of 2^28 cells takes seconds.
         let face: f64 = (0..2).map(|axis| (extent.max[axis] - extent.min[axis]) / map.resolution()).product();
         if face < 1e5 {
             let _ = map.project([0.0, 0.0, 1.0], f64::NEG_INFINITY, f64::INFINITY);
@@ -240,7 +241,7 @@ fn ask(map: &Octree) {
     }
 }
 
-/// Octrees of the compact format: what is read is written, and read again as the same.
+/// Octrees in the compact format: one that is read is written, and must read back as the same.
 pub fn read_bt(bytes: &[u8]) {
     if let Ok(map) = Octree::read_bt(bytes, OctreeConfig::default()) {
         ask(&map);
@@ -251,7 +252,7 @@ pub fn read_bt(bytes: &[u8]) {
     }
 }
 
-/// Octrees of the full format: what is read is written, and read again as the same.
+/// Octrees in the full format: one that is read is written, and must read back as the same.
 pub fn read_ot(bytes: &[u8]) {
     for has_color in [false, true] {
         let mut config = OctreeConfig::default();

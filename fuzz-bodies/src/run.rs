@@ -5,18 +5,18 @@ use dymlm_core::SplitMix64;
 
 use crate::Body;
 
-/// How long a body is driven, and from which random numbers.
+/// How long a body is run, and with which random numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Time in all.
+    /// Total time.
     pub duration: Duration,
-    /// Where the random numbers begin.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 impl Effort {
-    /// `DYMLM_FUZZ_SECONDS` a body, else 2: 25 bodies take half a minute on two cores, less than one on one.
-    /// `DYMLM_FUZZ_SEED`, else 1.
+    /// Each body runs for `DYMLM_FUZZ_SECONDS`, else 2: 25 bodies take half a minute on two cores, less than
+    /// a minute on one. The seed is `DYMLM_FUZZ_SEED`, else 1.
     pub fn from_env() -> Self {
         let number = |name: &str| std::env::var(name).ok()?.parse::<u64>().ok();
         Self {
@@ -26,18 +26,17 @@ impl Effort {
     }
 }
 
-/// Longest that one input may take; what hangs takes minutes, a busy machine does not make this of
-/// milliseconds.
+/// Longest time for one input: a hang takes minutes, and a busy machine does not turn milliseconds into this.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// Fewest inputs beside the examples, however slow the machine is.
+/// Fewest inputs in addition to the examples, however slow the machine is.
 const FEWEST: usize = 8;
 
-/// Drives a body by mutations of its examples, and by what has come of them. Gives the number of inputs.
+/// Runs a body on its examples and on random mutations of them. Returns the number of inputs.
 ///
 /// # Panics
 ///
-/// When the body does, or takes too long: with the input, as a literal of Rust.
+/// When the body panics or takes too long; the message has the input as a Rust literal.
 pub fn run(body: Body, examples: &[Vec<u8>], effort: Effort) -> usize {
     let mut random = SplitMix64::new(effort.seed);
     let mut inputs = 0;
@@ -66,7 +65,7 @@ pub fn run(body: Body, examples: &[Vec<u8>], effort: Effort) -> usize {
     inputs
 }
 
-/// Words that readers know, and numbers at their limits.
+/// Words that the readers know, and numbers at their limits.
 const WORDS: [&[u8]; 20] = [
     b"nan",
     b"inf",
@@ -116,7 +115,7 @@ fn mutate(input: &mut Vec<u8>, examples: &[Vec<u8>], random: &mut SplitMix64) {
             }
         }
         7 => {
-            // The rest of another one.
+            // Appends the rest of another example.
             if let Some(other) = examples.get(random.below(examples.len().max(1))) {
                 let from = random.below(other.len() + 1);
                 input.truncate(at);

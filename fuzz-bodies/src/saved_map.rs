@@ -8,11 +8,11 @@ use crate::damage::damage;
 use crate::memory_folder::memory_folder;
 use crate::walk::{MAP, MAPPED, SAVED, SECTIONS, WALK};
 
-/// A folder of maps one of whose sections is damaged behind the checksums: what is loaded goes on, follows a
-/// correction, and is saved and loaded again.
+/// A folder of maps with one section damaged under valid checksums: if it loads, the maps take further frames
+/// and a correction, and are saved and loaded again.
 pub fn saved_map(bytes: &[u8]) {
     let mut choices = Choices::new(bytes);
-    // What others load alone, seldom.
+    // Sections that other bodies load alone are damaged less often.
     let section = if choices.byte() < 60 { choices.below(4) } else { 4 + choices.below(4) };
     let mut sections = SAVED.clone();
     damage(sections.get_mut(SECTIONS[usize::from(section)]).unwrap(), &mut choices);

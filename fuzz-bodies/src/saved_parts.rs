@@ -17,7 +17,7 @@ fn damaged(section: &str, bytes: &[u8]) -> Parts {
     parts
 }
 
-/// All parts that `save` gives.
+/// All parts that `save` writes.
 fn saved(save: impl FnOnce(&mut StateSink<'_>) -> std::io::Result<()>) -> Parts {
     let mut parts = Parts::new();
     let mut sink = |key, bytes: Option<&[u8]>| {
@@ -28,12 +28,12 @@ fn saved(save: impl FnOnce(&mut StateSink<'_>) -> std::io::Result<()>) -> Parts 
     parts
 }
 
-/// A frame that comes after those of the map.
+/// A frame after those of the map.
 fn next() -> &'static SimulatedFrame {
     &WALK[MAPPED]
 }
 
-/// The parts of a cloud map: what is loaded goes on, and is loaded again.
+/// The parts of a cloud map: a map that loads takes further frames, and is saved and loaded again.
 pub fn saved_cloud(bytes: &[u8]) {
     let load = |parts| CloudMap::load_state(MAP.config().cloud.clone(), MAP.config().sensor, parts);
     let Ok(mut map) = load(damaged("cloud", bytes)) else { return };
@@ -99,7 +99,7 @@ pub fn saved_objects(bytes: &[u8]) {
     load(saved(|sink| mapper.save_state(None, sink))).unwrap();
 }
 
-/// The parts of a history: what is kept under a number is looked at when it is asked for.
+/// The parts of a history: an entry is checked only when it is requested.
 pub fn saved_history(bytes: &[u8]) {
     let load = |parts| History::load_state(&HistoryConfig::Memory, parts).map(Option::unwrap);
     let Ok(mut history) = load(damaged("history", bytes)) else { return };

@@ -9,11 +9,11 @@ use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
 use crate::memory_folder::memory_folder;
 
-/// Frames of which the map is made; further ones follow.
+/// Number of frames in the map; further frames follow.
 pub(crate) const MAPPED: usize = 6;
 const FRAMES: usize = 10;
 
-/// A walk in small images: people, furniture, planes, objects.
+/// A walk in small images, with people, furniture, planes and objects.
 pub(crate) static WALK: LazyLock<Vec<SimulatedFrame>> = LazyLock::new(|| {
     let mut config = SequenceConfig::default();
     config.frames = 5 * FRAMES;
@@ -21,7 +21,7 @@ pub(crate) static WALK: LazyLock<Vec<SimulatedFrame>> = LazyLock::new(|| {
     Sequence::new(&config).unwrap().frames().step_by(5).collect()
 });
 
-/// The maps of its first frames, in large cells.
+/// The maps of the walk's first frames, with large cells.
 pub(crate) static MAP: LazyLock<MultiLevelMap> = LazyLock::new(|| {
     let mut config = MapConfig::default();
     config.history = HistoryConfig::Memory;
@@ -43,7 +43,7 @@ pub(crate) const SECTIONS: [&str; 8] =
 /// The parts of a section, by key.
 pub(crate) type Parts = Vec<(u64, Vec<u8>)>;
 
-/// What [`MAP`] is on disk, behind its checksums.
+/// The parts of [`MAP`] on disk, without checksums.
 pub(crate) static SAVED: LazyLock<BTreeMap<&str, Parts>> = LazyLock::new(|| {
     let folder = memory_folder();
     MAP.save(folder.path().join("map")).unwrap();
@@ -55,7 +55,7 @@ pub(crate) static SAVED: LazyLock<BTreeMap<&str, Parts>> = LazyLock::new(|| {
 /// The files of [`MAP`] that are read when it is loaded.
 pub(crate) const SAVED_FILES: [&str; 3] = ["manifest.json", "state.index", "state-000001.bin"];
 
-/// Their contents, by number.
+/// The contents of these files, by their indices.
 pub(crate) static SAVED_FOLDER: LazyLock<Parts> = LazyLock::new(|| {
     let folder = memory_folder();
     MAP.save(folder.path().join("map")).unwrap();

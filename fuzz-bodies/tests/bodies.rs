@@ -1,4 +1,4 @@
-//! Each body for some seconds: `DYMLM_FUZZ_SECONDS`, `DYMLM_FUZZ_SEED`.
+//! Runs each body for some seconds: see `DYMLM_FUZZ_SECONDS` and `DYMLM_FUZZ_SEED`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use dymlm::MapConfig;
@@ -25,7 +25,7 @@ fn cloud() -> PointCloud {
     PointCloud::with_colors(vec![[1.0, 2.0, 3.0], [-0.5, 0.25, 1e9]], vec![[1, 2, 3], [4, 5, 6]]).unwrap()
 }
 
-/// Any bytes, of which structured bodies make something.
+/// Random bytes, which structured bodies turn into choices.
 fn noise(count: usize, length: usize) -> Vec<Vec<u8>> {
     let mut random = SplitMix64::new(3);
     (0..count).map(|_| (0..length).map(|_| random.below(256) as u8).collect()).collect()

@@ -1,12 +1,12 @@
 use dymlm_core::{BoundingBox, Detection, Mask};
 
-/// How a 2D detector errs on things whose exact boxes are known: gathers frames, simulated or recorded, and
-/// gives [`DetectorFigures`]. The simulated detector's defaults were set by it.
+/// Statistics of a 2D detector's errors on things whose exact boxes are known: gathers simulated or recorded
+/// frames, and gives [`DetectorFigures`]. The simulated detector's defaults were set with it.
 ///
-/// Only boxes of one label count. In each frame, boxes take views in the order of their scores, each the view
-/// of the largest `IoU` that is still free, from 0.3 on (the matching of PASCAL VOC at a lower bar, since cut
-/// boxes are to be measured). A view is found at a score when a box of at least that score took it; boxes
-/// that took none are surplus. O(boxes x views + pixels) a frame.
+/// Only boxes of one label count. In each frame, boxes are matched to views in the order of their scores:
+/// each takes the free view with the largest `IoU`, if that is at least 0.3 (the matching of PASCAL VOC with
+/// a lower threshold, so that cut boxes are measured too). A view is found at a score when a box of at least
+/// that score took it; boxes without a view are surplus. O(boxes x views + pixels) a frame.
 ///
 /// ```
 /// use dymlm_core::{BoundingBox, Detection, Mask};
@@ -32,16 +32,16 @@ pub struct DetectorStatistics {
     boxes: usize,
     pixels: u64,
     pixels_outside: u64,
-    /// The things that were missed in the last frame, and for how many frames.
+    /// The things that were missed in the last frame, and how many frames each has been missed.
     missing: Vec<Missing>,
-    /// Number of bursts of misses that ended, by length less one.
+    /// Number of bursts of misses that have ended, by length minus one.
     bursts: Vec<usize>,
 }
 
-/// A thing as one frame shows it, exactly.
+/// A thing's exact view in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExactView {
-    /// Tells things apart over the frames.
+    /// Identifies the thing across frames.
     pub id: usize,
     /// Smallest box around the pixels that show it.
     pub bounding_box: BoundingBox,
@@ -49,7 +49,7 @@ pub struct ExactView {
     pub pixels: usize,
 }
 
-/// What [`DetectorStatistics`] has found out.
+/// The results of [`DetectorStatistics`].
 ///
 /// Shares are 0..=1. Figures of boxes are taken over the views that were found.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,7 @@ pub struct DetectorFigures {
     pub boxes: usize,
     /// Share of views found at a score of at least 0.25, 0.5 and 0.7.
     pub found: [f64; 3],
-    /// The same by the size of the view, smallest first; sizes without views are left out.
+    /// The same for each size of views, smallest first; sizes without views are left out.
     pub by_size: Vec<SizeFigures>,
     /// Share of views not found that a box of another label covers (`IoU` of at least 0.5).
     pub confused: f64,
@@ -74,7 +74,7 @@ pub struct DetectorFigures {
     pub sides: [SideFigures; 4],
     /// Share of the things' pixels outside all boxes of the label.
     pub pixels_outside: f64,
-    /// Boxes that took no view, a view.
+    /// Number of boxes without a view, for each view.
     pub surplus: f64,
     /// Number of bursts of 1, 2, 3 ... frames in which a thing was in view and not found.
     pub bursts: Vec<usize>,
@@ -89,35 +89,35 @@ pub struct SizeFigures {
     pub image_share: [f64; 2],
     /// Number of views.
     pub views: usize,
-    /// Share of them found at a score of at least 0.25, 0.5 and 0.7.
+    /// Share of these views found at a score of at least 0.25, 0.5 and 0.7.
     pub found: [f64; 3],
 }
 
-/// Where one side of the boxes lies, relative to the exact box and in units of its extent across that side;
-/// positive inwards, where the box is cut. Only sides count that the exact box has within the image. All 0
-/// without any.
+/// Distances of one side of the boxes from the exact side, in units of the exact box's extent across that
+/// side; positive inwards, where the box is cut. Sides of the exact box at the image border do not count. All
+/// 0 without any sides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SideFigures {
     /// Number of sides.
     pub count: usize,
-    /// Median and the largest of the smallest nine tenths of the distance, regardless of its sign.
+    /// Median and 90 % quantile of the absolute distance.
     pub distance: [f64; 2],
     /// 5 %, 25 %, 50 %, 75 % and 95 % quantiles of the signed distance.
     pub quantiles: [f64; 5],
-    /// Share that is more than a tenth inwards.
+    /// Share of sides that are more than a tenth of the extent inwards.
     pub cut: f64,
 }
 
 /// A line of a table of figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FigureRow {
-    /// What it is, with its unit.
+    /// Name of the figure, with its unit.
     pub name: String,
     /// Its value.
     pub value: f64,
 }
 
-/// A view and what became of it.
+/// A view and its result.
 #[derive(Debug, Clone, Copy)]
 struct Viewed {
     image_share: f64,
@@ -129,7 +129,7 @@ struct Viewed {
 struct Found {
     score: f64,
     iou: f64,
-    /// `None` at the image's border.
+    /// `None` for sides at the image border.
     sides: [Option<f64>; 4],
 }
 
@@ -139,15 +139,16 @@ struct Missing {
     frames: usize,
 }
 
-/// Least `IoU` at which a box is one of a view.
+/// Least `IoU` of a box and the view that it takes.
 const MIN_IOU: f64 = 0.3;
-/// Least `IoU` at which a box of another label is one of the view, wrongly named.
+/// Least `IoU` at which a box of another label counts as the view with a wrong label.
 const MIN_CONFUSED_IOU: f64 = 0.5;
 /// The scores at which views are counted as found.
 const SCORES: [f64; 3] = [0.25, 0.5, 0.7];
-/// Shares of the image between which views are of one size; the first are slivers, 5000 pixels of 640x480.
+/// Bounds of the size classes of views, as shares of the image; the smallest class is slivers below 5000
+/// pixels of 640x480.
 const SIZES: [f64; 5] = [0.0, 5000.0 / (640.0 * 480.0), 0.05, 0.1, 1.01];
-/// Share of the extent from which on a side is cut.
+/// Share of the extent above which a side counts as cut.
 const CUT: f64 = 0.1;
 
 impl ExactView {
@@ -156,7 +157,7 @@ impl ExactView {
         Self { id, bounding_box, pixels }
     }
 
-    /// The view that a mask shows; `None` when it is empty.
+    /// The view that a mask shows; `None` when the mask is empty.
     pub fn of_mask(id: usize, mask: &Mask) -> Option<Self> {
         let (mut x, mut y) = ([usize::MAX, 0], [usize::MAX, 0]);
         let mut pixels = 0;
@@ -239,7 +240,7 @@ impl DetectorStatistics {
         })
     }
 
-    /// The boxes of the label, best score first; of equal ones the first given.
+    /// The boxes of the label, highest score first; of equal scores the first given.
     fn of_label<'a>(&self, detections: &'a [Detection]) -> Vec<&'a Detection> {
         let mut boxes: Vec<&Detection> = detections.iter().filter(|d| d.label() == self.label).collect();
         boxes.sort_by(|a, b| b.score().total_cmp(&a.score()));
@@ -274,7 +275,7 @@ impl DetectorStatistics {
         }
     }
 
-    /// The bursts that ended, and those that the last frame cut off.
+    /// The bursts that have ended, and those that the last frame cut off.
     fn all_bursts(&self) -> Vec<usize> {
         let mut bursts = self.bursts.clone();
         self.missing.iter().for_each(|missing| count_burst(&mut bursts, missing.frames));
@@ -332,7 +333,7 @@ impl DetectorFigures {
     }
 }
 
-/// For each view the box that takes it. `boxes` come by falling score.
+/// For each view, the box that takes it. `boxes` are sorted by descending score.
 fn matched(boxes: &[&Detection], views: &[ExactView], size: [usize; 2]) -> Vec<Option<Found>> {
     let mut found: Vec<Option<Found>> = vec![None; views.len()];
     for detection in boxes {
@@ -350,7 +351,8 @@ fn matched(boxes: &[&Detection], views: &[ExactView], size: [usize; 2]) -> Vec<O
     found
 }
 
-/// How far inwards each side lies, relative to the extent; `None` where the exact side is the image's border.
+/// How far inwards each side lies, relative to the extent; `None` where the exact side is at the image
+/// border.
 fn side_errors(area: &BoundingBox, exact: &BoundingBox, size: [usize; 2]) -> [Option<f64>; 4] {
     let [found, exact] = [area, exact].map(|b| <[f32; 4]>::from(*b).map(f64::from));
     let extent = [exact[2] - exact[0], exact[3] - exact[1]];
@@ -392,7 +394,7 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// The value below which the share `p` of sorted values lies (the nearest rank); 0 without values.
+/// The `p` quantile of sorted values (the nearest rank); 0 without values.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let rank = (sorted.len().saturating_sub(1) as f64 * p).round() as usize;
     sorted.get(rank).copied().unwrap_or(0.0)
@@ -436,7 +438,7 @@ mod tests {
 
     #[test]
     fn one_box_is_not_found_for_two_people() {
-        // Side by side in one box: it is that of the larger.
+        // Two people side by side in one box: it counts for the larger view.
         let (left, right) = (mask(4..14, 0..20), mask(14..18, 0..20));
         let views = [ExactView::of_mask(0, &left).unwrap(), ExactView::of_mask(1, &right).unwrap()];
         let both = found("person", 0.8, [4.0, 0.0, 18.0, 20.0]);
@@ -463,7 +465,7 @@ mod tests {
 
     #[test]
     fn sides_are_measured_inwards_and_not_at_the_border() {
-        // Exact: columns 10 to 20, rows 0 to 20; a side at the upper border.
+        // The exact box: columns 10 to 20, rows 0 to 20, with its upper side at the image border.
         let person = mask(10..20, 0..20);
         let view = ExactView::of_mask(0, &person).unwrap();
         let mut statistics = DetectorStatistics::new("person");
@@ -497,7 +499,7 @@ mod tests {
         let figures = statistics.figures().unwrap();
         assert_eq!(figures.bursts, [3, 1]);
         assert!(near(figures.mean_burst, 5.0 / 4.0) && near(figures.found[0], 1.0 / 6.0));
-        // Asking ends nothing.
+        // Asking for figures ends no burst.
         assert_eq!(statistics.figures().unwrap(), figures);
     }
 

@@ -3,19 +3,19 @@ use std::time::Duration;
 
 use crate::processor_time;
 
-/// Each size is timed at least and at most so often.
+/// Each size is timed at least and at most this often.
 const FEWEST_RUNS: usize = 3;
 const MOST_RUNS: usize = 15;
 
-/// How many times as long `work` takes on the larger of two inputs as on the smaller one, with `most` the
-/// largest ratio that is right.
+/// The ratio of the times that `work` takes on the larger and on the smaller of two inputs; `most` is the
+/// largest ratio that passes.
 ///
-/// The processor's time counts, and of several runs the shortest, so that a busy machine hardly matters. A
-/// ratio above `most` is timed again: whatever else this process does only ever makes a run longer. To be held
-/// against the growth of the input: 8 times the input take 8 times as long by O(n), some 11 times by O(n log
-/// n), and 64 times by O(n²).
+/// Processor time is measured, and the shortest of several runs counts, so that a busy machine hardly
+/// matters. A ratio above `most` is measured again, since other work of this process can only make a run
+/// longer. Compare the ratio with the growth of the input: 8 times the input takes 8 times as long in O(n),
+/// some 11 times in O(n log n), and 64 times in O(n²).
 pub fn growth<T, R>(most: f64, small: &T, large: &T, mut work: impl FnMut(&T) -> R) -> f64 {
-    // Tests run on several threads, and the clock counts all of them.
+    // Tests run on several threads, and processor time counts all of them.
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let mut shortest = [Duration::MAX; 2];

@@ -1,13 +1,12 @@
-//! What tests and benches of several crates share.
+//! Code that tests and benches of several crates share.
 //!
 //! - [`recording`] finds the real recordings, [`recorded_frames`] reads those of people with exact masks.
-//! - [`World`] is a handful of exact bodies and the rays that meet them; `dymlm-sim` renders whole rooms.
-//! - [`DetectorStatistics`] tells how a 2D detector errs, a simulated one or a real one.
-//! - [`saved_parts`] and its neighbours save states, and damage them.
-//! - [`read_g2o`] reads the field's pose graphs.
-//! - [`growth`] tells how time grows with the input, by [`processor_time`].
-//! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] tells whether bits are the
-//!   same.
+//! - [`World`] is a few exact bodies that rays are cast at; `dymlm-sim` renders whole rooms.
+//! - [`DetectorStatistics`] measures the errors of a 2D detector, simulated or real.
+//! - [`saved_parts`] and its neighbours save states and damage them.
+//! - [`read_g2o`] reads pose graphs.
+//! - [`growth`] measures how time grows with the input, by [`processor_time`].
+//! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] compares bits.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests: a panic fails the test")]
 
 mod detector_statistics;

@@ -1,13 +1,13 @@
 use dymlm_core::Pose;
 
-/// An edge of a pose graph: how one pose is seen from another.
+/// An edge of a pose graph: a measurement of one pose relative to another.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredPose {
-    /// Index of the pose from which it is seen.
+    /// Index of the pose from which `to` is measured.
     pub from: usize,
-    /// Index of the pose that is seen.
+    /// Index of the pose that is measured.
     pub to: usize,
-    /// Takes points of `to`'s frame to that of `from`.
+    /// Takes points from `to`'s frame to `from`'s.
     pub measured: Pose,
     /// Inverse covariance, rotation first.
     pub information: [[f64; 6]; 6],
@@ -43,7 +43,7 @@ fn pose(numbers: &[f64]) -> Pose {
     Pose::new([x, y, z], [qx, qy, qz, qw]).unwrap()
 }
 
-/// From the upper triangle, row by row.
+/// The symmetric matrix with this upper triangle, given row by row.
 fn information(triangle: &[f64]) -> [[f64; 6]; 6] {
     let mut triangle = triangle.iter();
     let mut information = [[0.0; 6]; 6];

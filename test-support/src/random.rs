@@ -6,7 +6,7 @@ pub fn normal(random: &mut SplitMix64) -> f64 {
     (-2.0 * (1.0 - random.fraction()).ln()).sqrt() * (std::f64::consts::TAU * random.fraction()).cos()
 }
 
-/// Puts values into another order, the same for each seed (Fisher, Yates).
+/// Shuffles values; the order depends on the seed alone (Fisher, Yates).
 pub fn shuffle<T>(values: &mut [T], seed: u64) {
     let mut random = SplitMix64::new(seed);
     for i in (1..values.len()).rev() {
@@ -14,7 +14,7 @@ pub fn shuffle<T>(values: &mut [T], seed: u64) {
     }
 }
 
-/// Whole numbers of 0..1000 without a pattern, the same for ever: what committed checksums are made from.
+/// Whole numbers of 0..1000 without a pattern, which never change: committed checksums are made from them.
 pub fn whole_numbers() -> impl Iterator<Item = u32> {
     (0_u32..).map(|n| (n.wrapping_mul(2_654_435_761) ^ (n >> 3).wrapping_mul(40_503)) >> 7).map(|n| n % 1000)
 }

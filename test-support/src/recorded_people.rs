@@ -3,26 +3,26 @@ use std::path::Path;
 use dymlm_core::{Detection, Frame, Mask, Pose};
 use dymlm_io::{DetectionFile, TumDataset, TumOptions};
 
-/// A frame of a recording with people, and who is where in it.
+/// A frame of a recording with people, and their exact masks.
 #[derive(Debug, Clone)]
 pub struct RecordedFrame {
     /// Depth and colour.
     pub frame: Frame,
-    /// Where it was seen from.
+    /// Pose of the camera.
     pub world_from_camera: Pose,
-    /// What the detector found; nothing where there is no detections.jsonl.
+    /// The detections; empty without detections.jsonl.
     pub detections: Vec<Detection>,
     /// The number of the person that each pixel shows, row by row; 0 for nobody.
     people: Vec<u8>,
 }
 
 impl RecordedFrame {
-    /// Where anybody is.
+    /// The mask of all people.
     pub fn people(&self) -> Mask {
         self.mask(|person| person > 0)
     }
 
-    /// Where one person is.
+    /// The mask of one person.
     pub fn person(&self, number: u8) -> Mask {
         self.mask(|person| person == number)
     }
@@ -33,8 +33,8 @@ impl RecordedFrame {
     }
 }
 
-/// The frames of a TUM folder with its detections.jsonl and its exact masks in masks/, if it has them, read
-/// one by one.
+/// The frames of a TUM folder, read one by one, with detections.jsonl and the exact masks in masks/, if there
+/// are any.
 pub fn recorded_frames(folder: &Path) -> impl Iterator<Item = RecordedFrame> + use<> {
     let dataset = TumDataset::open(folder, &TumOptions::default()).unwrap();
     let detections = folder.join("detections.jsonl");

@@ -6,10 +6,10 @@ use dymlm_core::{SplitMix64, StateSink};
 /// The parts of a saved state, by key.
 pub type SavedParts = BTreeMap<u64, Vec<u8>>;
 
-/// Parts as they are loaded: in any order, whatever their keys.
+/// Parts to be loaded: in any order, with any keys.
 pub type LoadedParts = Vec<(u64, Vec<u8>)>;
 
-/// Applies what `save` gives to the parts that were saved before; gives the number of parts that changed.
+/// Applies the parts that `save` writes to those saved before; returns the number of parts that changed.
 pub fn save_into(parts: &mut SavedParts, save: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>) -> usize {
     let mut changed = 0;
     let mut sink = |part, bytes: Option<&[u8]>| {
@@ -24,17 +24,19 @@ pub fn save_into(parts: &mut SavedParts, save: impl FnOnce(&mut StateSink<'_>) -
     changed
 }
 
-/// All parts that `save` gives.
+/// All parts that `save` writes.
 pub fn saved_parts(save: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>) -> SavedParts {
     let mut parts = SavedParts::new();
     save_into(&mut parts, save);
     parts
 }
 
-/// Parts of which one is missing, there twice, under another key, another's, or has another byte.
+/// The parts with one error: a part is missing, doubled, under a wrong key, replaced by another, or has a
+/// wrong byte.
 pub fn damaged_parts(parts: &SavedParts, random: &mut SplitMix64) -> LoadedParts {
     let mut parts: LoadedParts = parts.clone().into_iter().collect();
-    // As often one of the few parts of a kind, which the lowest bits of the key say, as one of the many.
+    // The part's kind, in the lowest bits of its key, is chosen first, so that kinds with few parts are
+    // damaged as often as those with many.
     let kind = random.below(4) as u64;
     let own: Vec<usize> = (0..parts.len()).filter(|&place| parts[place].0 & 3 == kind).collect();
     let place = if own.is_empty() { random.below(parts.len()) } else { own[random.below(own.len())] };

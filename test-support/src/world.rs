@@ -21,7 +21,7 @@ pub struct Cylinder {
     pub height: f64,
 }
 
-/// A box at any attitude.
+/// A box in any orientation.
 #[derive(Debug, Clone, Copy)]
 pub struct Cuboid {
     /// Its own frame: origin at the centre, axes along the sides.
@@ -30,7 +30,7 @@ pub struct Cuboid {
     pub lengths: [f64; 3],
 }
 
-/// A few exact bodies, cast by rays: the eyes of tests that need no rendered room. Metres.
+/// A few exact bodies that rays are cast at, for tests that need no rendered room. Metres.
 #[derive(Debug, Clone, Default)]
 pub struct World {
     /// Rectangles.
@@ -41,12 +41,12 @@ pub struct World {
     pub cuboids: Vec<Cuboid>,
 }
 
-/// What a ray meets first.
+/// The first hit of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Length of the ray, in units of its direction.
     pub length: f64,
-    /// Index of the box that it meets; `None` for other bodies.
+    /// Index of the box that is hit; `None` for other bodies.
     pub cuboid: Option<usize>,
 }
 
@@ -56,7 +56,7 @@ impl Rectangle {
         Self { center, half_sides: [[half_x, 0.0, 0.0], [0.0, half_y, 0.0]] }
     }
 
-    /// An upright rectangle across y.
+    /// An upright rectangle perpendicular to y.
     pub fn upright(center: [f64; 3], half_x: f64, half_z: f64) -> Self {
         Self { center, half_sides: [[half_x, 0.0, 0.0], [0.0, 0.0, half_z]] }
     }
@@ -100,12 +100,12 @@ impl Cuboid {
 }
 
 impl World {
-    /// Rectangles alone.
+    /// A world of rectangles only.
     pub fn of(rectangles: &[Rectangle]) -> Self {
         Self { rectangles: rectangles.to_vec(), ..Self::default() }
     }
 
-    /// What the rays through the pixels' centres meet, row by row; lengths are depths.
+    /// The hits of the rays through the pixels' centres, row by row; their lengths are depths.
     pub fn view(&self, camera: &PinholeCamera, world_from_camera: &Pose) -> Vec<Option<Hit>> {
         let origin = world_from_camera.translation();
         let cuboids: Vec<(&Cuboid, Pose)> =
@@ -129,18 +129,18 @@ impl World {
         pixels.collect()
     }
 
-    /// The exact depth image; 0 where a ray meets nothing.
+    /// The exact depth image; 0 where a ray hits nothing.
     pub fn depth(&self, camera: &PinholeCamera, world_from_camera: &Pose) -> DepthImage {
         self.image(camera, world_from_camera, |_, exact| exact as f32)
     }
 
-    /// What a good Kinect sees: half of the usual axial noise and disparity steps of 1/8 pixel, a function of
-    /// `seed` alone, which is the frame's time too.
+    /// A frame of a good Kinect: half of the usual axial noise, and disparity steps of 1/8 pixel. The noise
+    /// depends on `seed` alone, which is also the frame's time.
     pub fn frame(&self, camera: PinholeCamera, world_from_camera: &Pose, seed: u64) -> Frame {
         let noise = DepthNoise::kinect();
         let depth = self.image(&camera, world_from_camera, |pixel, exact| {
             let mut random = SplitMix64::new(seed << 32 ^ pixel as u64);
-            // A sum of twelve uniform numbers has a deviation of 1.
+            // A sum of twelve uniform numbers has a standard deviation of 1.
             let normal = (0..12).map(|_| random.fraction()).sum::<f64>() - 6.0;
             let z = exact + 0.5 * f64::from(noise.sigma(exact as f32)) * normal;
             let steps = (1.0 / (0.002_85 * z)).round();
@@ -161,7 +161,8 @@ impl World {
     }
 }
 
-/// A camera at `eye` that looks at `target`, which is not above or below it; z is up.
+/// The pose of a camera at `eye` that looks at `target`, which must not be straight above or below it; z is
+/// up.
 pub fn look_at(eye: [f64; 3], target: [f64; 3]) -> Pose {
     let forward = unit(difference(target, eye)).unwrap();
     let right = unit(cross(forward, [0.0, 0.0, 1.0])).unwrap();
