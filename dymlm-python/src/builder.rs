@@ -284,7 +284,7 @@ impl PyMapBuilder {
     }
 
     /// The static pixels of the last frame, (height, width) bool, for every `sensor.stride`-th pixel of every
-    /// such row.
+    /// `sensor.stride`-th row.
     fn static_mask<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py, bool>> {
         let mask = self.with(py, |builder| Ok(builder.preprocessor().static_mask().clone()))?;
         mask_to_array(py, &mask)

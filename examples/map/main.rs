@@ -20,7 +20,7 @@ use dymlm_examples::{AnyError, Failure, read_pose, up_of_planes};
 use crate::floor_grids::GridArguments;
 
 #[derive(Parser)]
-#[command(about = "Looks into saved maps and makes other files of them")]
+#[command(about = "Inspects saved maps and converts them to other files")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

@@ -338,7 +338,7 @@ class MapBuilder:
 
     def static_mask(self) -> NDArray[np.bool_]:
         """The static pixels of the last frame, (height, width) bool, for every `sensor.stride`-th pixel of every
-        such row.
+        `sensor.stride`-th row.
         """
 
     @property
