@@ -1,4 +1,4 @@
-"""Maps recordings in parallel with Ray and merges them in a tree: the same bits as one process in sequence.
+"""Maps recordings in parallel with Ray and merges their maps: the same bits as one process in sequence.
 
     pip install ray ./dymlm-python
     python examples/fleet_ray.py robot_1/monday robot_2/monday --workers 2 --out fleet
@@ -7,9 +7,9 @@
 
 A recording is a TUM RGB-D folder; all recordings are in one world. `--sim N` takes N recordings of the
 simulator instead, in one office with different camera paths. One task maps each recording and saves its map
-as a folder; further tasks merge the maps in pairs, then the results in pairs, up to one map in OUT/map. A
-merge maps key frames again in the order of their times, so that the result is what one builder would have
-made of both maps, and neither the order of merges nor a lost and repeated task changes a bit. The folders
+as a folder; further tasks merge each map into that of all recordings before it, as soon as both are there,
+up to one map in OUT/map. A merge maps key frames again in the order of their times, so that the result is
+what one builder would have made of both maps, and a lost and repeated task changes no bit. The folders
 must be on a file system that all machines share; `ray.init(address=...)` joins a cluster (`--address`). The
 last line is a report in JSON, with a checksum of the files of the map.
 """
@@ -106,15 +106,6 @@ def checksum(folder):
     return sum.hexdigest()
 
 
-def tree(count):
-    """The pairs of maps to merge, level by level: lists of (first, second or None), neighbours in time."""
-    levels = []
-    while count > 1:
-        levels.append([(place, place + 1 if place + 1 < count else None) for place in range(0, count, 2)])
-        count = len(levels[-1])
-    return levels
-
-
 def in_sequence(sources, work):
     """Maps and merges everything in this process, one after the other."""
     folders = [str(work / f"recording_{number}") for number in range(len(sources))]
@@ -157,7 +148,12 @@ def write_whole(file, text):
 
 
 def by_ray(sources, work, workers, address, kill_one):
-    """Ray's tasks: each recording, then each merge as soon as both its maps are ready."""
+    """Ray's tasks: the recordings side by side; each map is merged as soon as all those before it are.
+
+    In this order a merge maps only the newer recording again, and merges run beside the mapping of later recordings. A
+    balanced tree of merges would map each recording again at every second level or so (for 40 recordings 106 times in
+    all, instead of 39), and its last merge alone maps half of them while all other workers wait.
+    """
     import ray
 
     # Tasks pass maps on as folders: the object store holds only their names.
@@ -178,30 +174,38 @@ def by_ray(sources, work, workers, address, kill_one):
             return folder, join(first[0], second[0], folder)
 
         # The workers are started before the clock.
-        ray.get([ray.remote(num_cpus=1)(lambda: time.sleep(0.2)).remote() for _ in range(workers)])
+        slots = int(ray.cluster_resources()["CPU"])
+        ray.get([ray.remote(num_cpus=1)(lambda: time.sleep(0.2)).remote() for _ in range(slots)])
         start = time.perf_counter()
-        victims = [Victim(work) if kill_one and number == 0 else None for number in range(len(sources))]
-        tasks = [
-            map_task.remote(source, str(work / f"recording_{number}"), victim)
-            for number, (source, victim) in enumerate(zip(sources, victims, strict=True))
-        ]
-        maps, joins = tasks, []
-        for height, level in enumerate(tree(len(sources))):
-            # A map without a partner goes up to the next level as it is.
-            maps = [
-                join_task.remote(maps[one], maps[other], str(work / f"joined_{height}_{one}"))
-                if other is not None
-                else maps[one]
-                for one, other in level
-            ]
-            joins += [map for map, (_, other) in zip(maps, level, strict=True) if other is not None]
-        if kill_one:
-            victims[0].kill()
-        mapped = [report for _, report in ray.get(tasks)]
-        mapping = time.perf_counter() - start
-        whole, _ = ray.get(maps[0])
-        joining = time.perf_counter() - start - mapping
-        return whole, mapped, [report for _, report in ray.get(joins)], joining
+        victim = Victim(work) if kill_one else None
+        maps, joins, running, ended = [], [], set(), set()
+        # The map of all recordings before `number`.
+        whole, number, mapping = None, 0, 0.0
+        while number < len(sources) or running:
+            if number < len(maps) and {maps[number], whole or maps[number]} <= ended:
+                if whole is None:
+                    whole = maps[0]
+                else:
+                    whole = join_task.remote(whole, maps[number], str(work / f"joined_{number}"))
+                    joins.append(whole)
+                    running.add(whole)
+                number += 1
+            # No more tasks than workers: a merge that is due does not queue behind recordings that can wait.
+            elif len(maps) < len(sources) and len(running) < slots:
+                folder = str(work / f"recording_{len(maps)}")
+                maps.append(map_task.remote(sources[len(maps)], folder, None if maps else victim))
+                running.add(maps[-1])
+            else:
+                if victim:
+                    victim.kill()
+                    victim = None
+                ready, _ = ray.wait(list(running))
+                running.difference_update(ready)
+                ended.update(ready)
+                if running.isdisjoint(maps) and len(maps) == len(sources) and not mapping:
+                    mapping = time.perf_counter() - start
+        mapped, joined = ([report for _, report in ray.get(tasks)] for tasks in (maps, joins))
+        return ray.get(whole)[0], mapped, joined, time.perf_counter() - start - mapping
     finally:
         ray.shutdown()
 
@@ -238,8 +242,9 @@ def main():
         whole, mapped, joins, joining = in_sequence(sources, work)
     else:
         whole, mapped, joins, joining = by_ray(sources, work, given.workers, given.address, given.kill_one)
-    map = dymlm.load(whole)
-    map.save(given.out / "map")
+    folder = given.out / "map"
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.move(whole, folder)
     shutil.rmtree(work)
     total = time.perf_counter() - start
     report = {
@@ -255,9 +260,9 @@ def main():
         "seconds_after_the_maps": round(joining, 2),
         "frames_mapped_again": sum(one["mapped_again"] for one in joins),
         "peak_mb": round(max(one["peak_mb"] for one in mapped + joins), 1),
-        "map": str(given.out / "map"),
-        "points": len(map.cloud()),
-        "checksum": checksum(given.out / "map"),
+        "map": str(folder),
+        "points": len(dymlm.load(folder).cloud()),
+        "checksum": checksum(folder),
     }
     print(json.dumps(report))
 

@@ -23,8 +23,7 @@ def test_a_killed_worker_changes_no_bit(tmp_path):
     fleet, said = run("--workers", 2, "--kill-one", "--out", tmp_path / "fleet")
     assert "was killed in the middle of a recording" in said
     assert fleet["checksum"] == alone["checksum"] and fleet["points"] > 10_000
-    # One by one, each further recording is mapped again; in the tree, the first two are merged, then the
-    # third.
+    # Each recording after the first is mapped again once.
     assert alone["frames_mapped_again"] == fleet["frames_mapped_again"] == 12
     assert not (tmp_path / "fleet" / "work").exists() and (tmp_path / "fleet" / "map" / "manifest.json").exists()
 
