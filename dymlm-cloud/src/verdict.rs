@@ -1,5 +1,5 @@
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, put, split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, put, without,
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
@@ -35,7 +35,8 @@ const VOTE_UNIT: f32 = 12.0;
 /// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether a mover
 /// stands there each cell decides for itself, since movers touch what does not move.
 ///
-/// Verdicts are kept, and made anew for the blocks whose evidence has changed and those around them.
+/// Verdicts are kept. They are made anew for the blocks whose evidence has changed, and counted again where votes
+/// of the cells around have changed.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; `None` where nothing was ever read.
@@ -74,7 +75,8 @@ impl Default for BlockVerdict {
 }
 
 impl VerdictGrid {
-    /// Takes in what has changed in the evidence since the last call. O(blocks that changed).
+    /// Takes in what has changed in the evidence since the last call. O(blocks that changed), the votes around only
+    /// where a vote has changed.
     pub(crate) fn refresh(&mut self, evidence: &Evidence, looks_per_reading: f32) {
         let blocks = evidence.blocks();
         self.blocks.grow(blocks.blocks().len(), || None);
@@ -87,16 +89,24 @@ impl VerdictGrid {
             let block = &blocks.blocks()[slot];
             block.may_be_read().then(|| BlockVerdict::of(block, looks_per_reading))
         });
+        // Most blocks in view were looked through once more, which changes no vote of a cell that is sure.
+        let mut around: Vec<usize> = Vec::new();
         for (&slot, mut verdict) in changed.iter().zip(judged) {
-            let Some(block) = self.blocks.get_mut(slot) else { continue };
-            if let (Some(new), Some(old)) = (&mut verdict, &*block) {
-                new.statics = old.statics;
+            let old = self.blocks[slot].as_deref();
+            if verdict.as_ref().is_some_and(|new| old.is_some_and(|old| new.has_evidence_of(old))) {
+                continue;
             }
+            let other_votes = BlockVerdict::other_votes(verdict.as_ref(), old);
+            if let (Some(new), Some(old)) = (&mut verdict, old) {
+                (new.present, new.statics) = (old.present, old.statics);
+            }
+            let Some(block) = self.blocks.get_mut(slot) else { continue };
             *block = verdict.map(Paged::new);
+            around.push(slot);
+            let neighbors = blocks.keys()[slot].neighborhood();
+            let concerned = neighbors.filter(|neighbor| touches(&other_votes, neighbor.step));
+            around.extend(concerned.filter_map(|neighbor| blocks.slot(neighbor.key)));
         }
-
-        let around = changed.iter().flat_map(|&slot| blocks.keys()[slot].neighborhood());
-        let mut around: Vec<usize> = around.filter_map(|neighbor| blocks.slot(neighbor.key)).collect();
         around.sort_unstable();
         around.dedup();
         around.retain(|&slot| self.blocks[slot].is_some());
@@ -204,24 +214,24 @@ impl VerdictGrid {
     }
 
     /// The votes of a block and of one layer of cells around it, x fastest.
-    fn votes_around(&self, key: BlockKey, evidence: &Evidence) -> [i32; PADDED * PADDED * PADDED] {
+    fn votes_around(&self, key: BlockKey, evidence: &Evidence) -> [i16; PADDED * PADDED * PADDED] {
         let mut votes = [0; PADDED * PADDED * PADDED];
         for Neighbor { step, key } in key.neighborhood() {
             let Some(block) = self.block(evidence, key.block()) else { continue };
-            // Along an axis: the last cell of the block before, all of this one, the first of the one after.
-            let [xs, ys, zs] = step.map(|step| match step {
-                -1 => 7..8,
-                0 => 0..8,
-                _ => 0..1_i32,
+            // Along an axis: the last cell of the block before, all of this one, the first of the one after; and
+            // where the first of them goes.
+            let [(xs, px), (ys, py), (zs, pz)] = step.map(|step| match step {
+                -1 => (BLOCK_SIDE - 1..BLOCK_SIDE, 0),
+                0 => (0..BLOCK_SIDE, 1),
+                _ => (0..1, BLOCK_SIDE + 1),
             });
-            for z in zs {
-                for y in ys.clone() {
-                    for x in xs.clone() {
-                        let (_, index) = split([x, y, z]);
-                        let [px, py, pz]: [usize; 3] =
-                            std::array::from_fn(|axis| ([x, y, z][axis] + 8 * step[axis] + 1) as usize);
-                        votes[(pz * PADDED + py) * PADDED + px] = block.votes[index].into();
-                    }
+            for (layer, z) in zs.enumerate() {
+                for (row, y) in ys.clone().enumerate() {
+                    let from = (z * BLOCK_SIDE + y) * BLOCK_SIDE;
+                    let to = ((pz + layer) * PADDED + py + row) * PADDED + px;
+                    let own = &block.votes[from + xs.start..from + xs.end];
+                    let places = &mut votes[to..to + own.len()];
+                    places.iter_mut().zip(own).for_each(|(place, &vote)| *place = vote.into());
                 }
             }
         }
@@ -252,10 +262,44 @@ impl BlockVerdict {
         });
         verdict
     }
+
+    /// Whether the evidence of the block itself says the same.
+    fn has_evidence_of(&self, other: &Self) -> bool {
+        (&self.votes, self.read, self.movers, self.free)
+            == (&other.votes, other.read, other.movers, other.free)
+    }
+
+    /// The cells whose votes differ; where nothing was ever read, no cell votes.
+    fn other_votes(new: Option<&Self>, old: Option<&Self>) -> CellBits {
+        let votes = |block: Option<&Self>| block.map_or([0; BLOCK_CELLS], |block| block.votes);
+        let mut bits = CellBits::default();
+        for (index, (new, old)) in votes(new).into_iter().zip(votes(old)).enumerate() {
+            bits[index / 64] |= u64::from(new != old) << (index % 64);
+        }
+        bits
+    }
+}
+
+/// Whether any of a block's cells lies beside the block that is a step away, or in it (step 0).
+fn touches(cells: &CellBits, step: [i32; 3]) -> bool {
+    // A word holds a layer of cells, x in the lowest three bits of a cell's index, y in the next three.
+    let [columns, rows] = [(0x0101_0101_0101_0101_u64, 7), (0xff, 56)];
+    let side = |(first, to_last): (u64, u32), step: i32| match step {
+        -1 => first,
+        0 => u64::MAX,
+        _ => first << to_last,
+    };
+    let mask = side(columns, step[0]) & side(rows, step[1]);
+    let layers = match step[2] {
+        -1 => &cells[..1],
+        0 => &cells[..],
+        _ => &cells[BLOCK_SIDE - 1..],
+    };
+    layers.iter().any(|layer| layer & mask != 0)
 }
 
 /// The cells of the block for which the votes of the 27 cells around add up to zero or more.
-fn cells_with_majority(mut votes: [i32; PADDED * PADDED * PADDED]) -> CellBits {
+fn cells_with_majority(mut votes: [i16; PADDED * PADDED * PADDED]) -> CellBits {
     // Sums of three along x, then y, then z: each entry becomes the sum of itself and the two after it.
     for stride in [1, PADDED, PADDED * PADDED] {
         for first in 0..votes.len() - 2 * stride {
@@ -275,12 +319,28 @@ fn cells_with_majority(mut votes: [i32; PADDED * PADDED * PADDED]) -> CellBits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::block_store::cell_in_block;
+
+    #[test]
+    fn a_cell_touches_the_blocks_that_count_its_vote() {
+        for index in 0..BLOCK_CELLS {
+            let mut cells = CellBits::default();
+            put(&mut cells, index);
+            for neighbor in BlockKey::new([0; 3]).neighborhood() {
+                let is_beside = cell_in_block(index)
+                    .into_iter()
+                    .zip(neighbor.step)
+                    .all(|(c, step)| (8 * step - 1..8 * step + 9).contains(&c));
+                assert_eq!(touches(&cells, neighbor.step), is_beside, "cell {index}, {:?}", neighbor.step);
+            }
+        }
+    }
 
     #[test]
     fn the_majority_is_that_of_27_cells() {
         let mut votes = [0; PADDED * PADDED * PADDED];
         for (index, vote) in votes.iter_mut().enumerate() {
-            *vote = ((index * 7919) % 21) as i32 - 10;
+            *vote = ((index * 7919) % 21) as i16 - 10;
         }
         let bits = cells_with_majority(votes);
         for index in 0..BLOCK_CELLS {
