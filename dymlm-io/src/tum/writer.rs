@@ -5,6 +5,7 @@ use dymlm_core::{Detection, Frame, PinholeCamera, Pose};
 use serde_json::json;
 
 use crate::image_file::{write_depth_png, write_png};
+use crate::text_lines::number;
 use crate::{Error, StampedPose, Trajectory, write_atomically, write_detections};
 
 /// Writes a sequence as a TUM RGB-D folder, which [`TumDataset`](crate::TumDataset) and other systems read.
@@ -75,8 +76,9 @@ impl TumWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the frame has another camera than the dataset, or is not at least a
-    /// microsecond later than the previous frame; else as [`write_depth_png`]. The dataset stays as it was.
+    /// [`Error::Malformed`] when the frame has another camera than the dataset, or is not later than the previous
+    /// frame in whole microseconds, to which times are rounded in the lists and the names of the images; else
+    /// as [`write_depth_png`]. The dataset stays as it was.
     pub fn write(
         &mut self,
         frame: &Frame,
@@ -84,16 +86,8 @@ impl TumWriter {
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
         let timestamp = frame.timestamp();
-        if *frame.camera() != self.camera {
-            let reason = format!("the frame of {timestamp} s was taken with another camera");
-            return Err(Error::malformed(&self.folder, reason));
-        }
-        if let Some(last) = self.frames.last().filter(|last| timestamp < last.timestamp + 1e-6) {
-            let reason = format!("a frame of {timestamp} s after one of {} s", last.timestamp);
-            return Err(Error::malformed(&self.folder, reason));
-        }
-
         let name = format!("{timestamp:.6}");
+        self.check(frame, &name).map_err(|reason| Error::malformed(&self.folder, reason))?;
         write_depth_png(self.image("depth", &name), frame.depth(), DEPTH_SCALE)?;
         if let Some(color) = frame.color() {
             write_png(self.image("rgb", &name), color.width(), color.height(), color.data())?;
@@ -122,6 +116,21 @@ impl TumWriter {
             self.write_associations()?;
         }
         self.write_list("depth")
+    }
+
+    /// Whether a frame belongs after those written so far, or why not.
+    fn check(&self, frame: &Frame, name: &str) -> Result<(), String> {
+        let timestamp = frame.timestamp();
+        if *frame.camera() != self.camera {
+            return Err(format!("the frame of {timestamp} s was taken with another camera"));
+        }
+        // The times that readers find: two times may be apart and have one name.
+        match self.frames.last() {
+            Some(last) if number(name)? <= number(&last.name)? => {
+                Err(format!("a frame of {timestamp} s after one of {} s", last.timestamp))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn image(&self, folder: &str, name: &str) -> PathBuf {
