@@ -112,6 +112,30 @@ fn no_two_frames_share_a_file() {
 }
 
 #[test]
+fn all_frames_have_colour_or_none() {
+    let parent = tempfile::tempdir().unwrap();
+    let color = || ColorImage::new(6, 4, vec![[9, 8, 7]; 24]).unwrap();
+    for is_colored in [true, false] {
+        let folder = parent.path().join(is_colored.to_string());
+        let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+        let frame = |time: f64, colored: bool| flat_frame(time, 2.0, colored.then(color));
+        writer.write(&frame(0.0, is_colored), &[], &pose(0)).unwrap();
+        let error = writer.write(&frame(0.1, !is_colored), &[], &pose(1)).unwrap_err().to_string();
+        let expected = if is_colored { "0.1 s has no colour" } else { "0.1 s has colour" };
+        assert!(error.contains(expected), "{error}");
+        writer.write(&frame(0.2, is_colored), &[], &pose(2)).unwrap();
+        writer.finish().unwrap();
+
+        let files = |images: &str| std::fs::read_dir(folder.join(images)).unwrap().count();
+        assert_eq!([files("depth"), files("rgb")], [2, if is_colored { 2 } else { 0 }]);
+        let dataset = TumDataset::open(&folder, &TumOptions::default()).unwrap();
+        let times: Vec<f64> = dataset.frames().iter().map(|frame| frame.timestamp).collect();
+        assert_eq!((times.as_slice(), dataset.warnings().len()), ([0.0, 0.2].as_slice(), 0));
+        assert!((0..2).all(|index| dataset.load(index).unwrap().frame.color().is_some() == is_colored));
+    }
+}
+
+#[test]
 fn detections_that_nobody_asks_for_are_left_alone() {
     let parent = tempfile::tempdir().unwrap();
     let folder = parent.path().join("sequence");
