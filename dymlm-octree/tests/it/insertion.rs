@@ -273,6 +273,27 @@ fn buffers_are_clean_between_scans() {
     }
 }
 
+/// A clone of a map has no buffers: they are what the two differ in.
+#[test]
+fn the_buffers_of_colours_are_counted() {
+    let mut random = Random(9);
+    let points: Vec<[f32; 3]> = (0..2000).map(|_| random.point(2.0)).collect();
+    let mut config = config(0.05, f64::INFINITY);
+    config.color = true;
+    let buffers = |colors: Option<&[[u8; 3]]>| {
+        let mut map = Octree::new(config.clone()).unwrap();
+        let report = match colors {
+            Some(colors) => map.insert_scan_colored([0.0; 3], &points, colors),
+            None => map.insert_scan([0.0; 3], &points),
+        };
+        (map.memory_bytes() - map.clone().memory_bytes(), report.unwrap().hit_cells)
+    };
+    let [(plain, cells), (colored, same_cells)] = [buffers(None), buffers(Some(&vec![[1, 2, 3]; 2000]))];
+    assert_eq!(cells, same_cells);
+    // A sum of three channels and a count, and the key, for each cell.
+    assert!(colored >= plain + cells * (4 * 8 + 6), "{cells} cells: {colored} bytes after {plain}");
+}
+
 #[test]
 fn memory_stands_still_when_nothing_new_is_seen() {
     let (frame, pose) = test_frame();
