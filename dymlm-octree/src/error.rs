@@ -88,7 +88,8 @@ pub enum Error {
     /// A region that is not finite or ends before it begins, or that is too large or too far out for a
     /// [`DistanceField`](crate::DistanceField) with what is within the greatest distance.
     #[error(
-        "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, too large or too far out,          or it ends before it begins"
+        "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, it ends before it \
+         begins, or it is too large or too far out"
     )]
     Region {
         /// Given lower corner, metres.
