@@ -34,8 +34,17 @@ pub struct History {
     pub(crate) file: Option<Arc<ScratchFile>>,
 }
 
+/// What is kept under a number.
 #[derive(Debug, Clone)]
-pub(crate) enum Slot {
+pub(crate) struct Slot {
+    /// Shared by all slots that got the same thing from each other, wherever each of them keeps it.
+    identity: Arc<()>,
+    pub(crate) place: Place,
+}
+
+/// Where something is kept.
+#[derive(Debug, Clone)]
+pub(crate) enum Place {
     /// It is being packed.
     Whole(Kept),
     Packed(Arc<[u8]>),
@@ -45,6 +54,21 @@ pub(crate) enum Slot {
         length: usize,
     },
     Removed,
+}
+
+impl Slot {
+    /// Of something that no other slot holds.
+    pub(crate) fn new(place: Place) -> Self {
+        Self { identity: Arc::default(), place }
+    }
+
+    /// Whether both got what they hold from each other, or from the same third one.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.identity, &other.identity)
+    }
+
+    /// What the allocation of an identity takes: two counters.
+    const IDENTITY_BYTES: usize = 2 * size_of::<usize>();
 }
 
 impl History {
@@ -77,8 +101,12 @@ impl History {
     }
 
     fn keep(&mut self, kept: Kept) -> usize {
+        self.keep_as(Arc::default(), kept)
+    }
+
+    fn keep_as(&mut self, identity: Arc<()>, kept: Kept) -> usize {
         let index = self.slots.len();
-        self.slots.push(Slot::Whole(kept.clone()));
+        self.slots.push(Slot { identity, place: Place::Whole(kept.clone()) });
         self.packer.pack(index, kept);
         self.take_packed();
         index
@@ -125,14 +153,16 @@ impl History {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other),
             _ => false,
         };
-        let slot = match other.slots.get(index) {
-            None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
-            Some(Slot::Whole(kept)) => return Ok(self.keep(kept.clone())),
-            Some(&Slot::Filed { offset, length }) if is_same_file => Slot::Filed { offset, length },
-            Some(Slot::Packed(packed)) if self.file.is_none() => Slot::Packed(Arc::clone(packed)),
-            Some(slot) => self.put_away(other.read(index, slot)?.to_vec().into()),
+        let taken = other.slots.get(index).ok_or(Error::Unknown { index })?;
+        let identity = Arc::clone(&taken.identity);
+        let place = match &taken.place {
+            Place::Removed => return Err(Error::Unknown { index }),
+            Place::Whole(kept) => return Ok(self.keep_as(identity, kept.clone())),
+            &Place::Filed { offset, length } if is_same_file => Place::Filed { offset, length },
+            Place::Packed(packed) if self.file.is_none() => Place::Packed(Arc::clone(packed)),
+            place => self.put_away(other.read(index, place)?.to_vec().into()),
         };
-        self.slots.push(slot);
+        self.slots.push(Slot { identity, place });
         Ok(self.slots.len() - 1)
     }
 
@@ -143,35 +173,39 @@ impl History {
     ///
     /// [`Error::Unknown`]; [`Error::Read`].
     pub fn bytes(&self, index: usize) -> Result<Arc<[u8]>, Error> {
-        match self.slots.get(index) {
-            None | Some(Slot::Removed) => Err(Error::Unknown { index }),
-            Some(slot) => self.read(index, slot),
+        match self.place(index) {
+            None | Some(Place::Removed) => Err(Error::Unknown { index }),
+            Some(place) => self.read(index, place),
         }
     }
 
-    fn read(&self, index: usize, slot: &Slot) -> Result<Arc<[u8]>, Error> {
-        self.packed(slot).map_err(|source| Error::Read { index, source })
+    fn place(&self, index: usize) -> Option<&Place> {
+        self.slots.get(index).map(|slot| &slot.place)
     }
 
-    /// The bytes of what is kept in a slot.
-    pub(crate) fn packed(&self, slot: &Slot) -> std::io::Result<Arc<[u8]>> {
-        match slot {
-            Slot::Whole(kept) => Ok(kept.pack().into()),
-            Slot::Packed(packed) => Ok(Arc::clone(packed)),
-            &Slot::Filed { offset, length } => match &self.file {
+    fn read(&self, index: usize, place: &Place) -> Result<Arc<[u8]>, Error> {
+        self.packed(place).map_err(|source| Error::Read { index, source })
+    }
+
+    /// The bytes of what is kept in a place.
+    pub(crate) fn packed(&self, place: &Place) -> std::io::Result<Arc<[u8]>> {
+        match place {
+            Place::Whole(kept) => Ok(kept.pack().into()),
+            Place::Packed(packed) => Ok(Arc::clone(packed)),
+            &Place::Filed { offset, length } => match &self.file {
                 Some(file) => Ok(file.read(offset, length)?.into()),
                 None => Err(std::io::ErrorKind::NotFound.into()),
             },
-            Slot::Removed => Err(std::io::ErrorKind::NotFound.into()),
+            Place::Removed => Err(std::io::ErrorKind::NotFound.into()),
         }
     }
 
     fn kept(&self, index: usize) -> Result<Kept, Error> {
-        let kept = match self.slots.get(index) {
-            None | Some(Slot::Removed) => return Err(Error::Unknown { index }),
-            Some(Slot::Whole(kept)) => return Ok(kept.clone()),
-            Some(Slot::Packed(packed)) => Kept::unpack(packed),
-            Some(&Slot::Filed { offset, length }) => {
+        let kept = match self.place(index) {
+            None | Some(Place::Removed) => return Err(Error::Unknown { index }),
+            Some(Place::Whole(kept)) => return Ok(kept.clone()),
+            Some(Place::Packed(packed)) => Kept::unpack(packed),
+            Some(&Place::Filed { offset, length }) => {
                 let file = self.file.as_ref().ok_or(Error::Unknown { index })?;
                 Kept::unpack(&file.read(offset, length).map_err(|source| Error::Read { index, source })?)
             }
@@ -182,17 +216,17 @@ impl History {
     /// Forgets an observation or a scan. Its bytes in a file stay until the history is dropped.
     pub fn remove(&mut self, index: usize) {
         if let Some(slot) = self.slots.get_mut(index) {
-            *slot = Slot::Removed;
+            slot.place = Place::Removed;
         }
     }
 
     /// Bytes in memory, without what is still being packed.
     pub fn memory_bytes(&self) -> usize {
-        let packed = self.slots.iter().map(|slot| match slot {
-            Slot::Packed(packed) => packed.len(),
+        let packed = self.slots.iter().map(|slot| match &slot.place {
+            Place::Packed(packed) => packed.len(),
             _ => 0,
         });
-        packed.sum::<usize>() + self.slots.memory_bytes()
+        packed.sum::<usize>() + self.slots.len() * Slot::IDENTITY_BYTES + self.slots.memory_bytes()
     }
 
     /// Waits until everything is packed.
@@ -204,19 +238,19 @@ impl History {
     /// Puts what has been packed into its slot. What cannot be written to the file stays in memory.
     fn take_packed(&mut self) {
         while let Some((index, packed)) = self.packer.next() {
-            let is_awaited = matches!(self.slots.get(index), Some(Slot::Whole(_)));
-            let packed = is_awaited.then(|| self.put_away(packed));
-            if let Some((slot, packed)) = self.slots.get_mut(index).zip(packed) {
-                *slot = packed;
+            let is_awaited = matches!(self.place(index), Some(Place::Whole(_)));
+            let place = is_awaited.then(|| self.put_away(packed));
+            if let Some((slot, place)) = self.slots.get_mut(index).zip(place) {
+                slot.place = place;
             }
         }
     }
 
     /// Puts packed bytes into the file; without a file, or if it cannot be written, they stay in memory.
-    pub(crate) fn put_away(&self, packed: Box<[u8]>) -> Slot {
+    pub(crate) fn put_away(&self, packed: Box<[u8]>) -> Place {
         match self.file.as_ref().and_then(|file| file.append(&packed).ok()) {
-            Some(offset) => Slot::Filed { offset, length: packed.len() },
-            None => Slot::Packed(packed.into()),
+            Some(offset) => Place::Filed { offset, length: packed.len() },
+            None => Place::Packed(packed.into()),
         }
     }
 }

@@ -1,9 +1,8 @@
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use dymlm_core::{DamagedState, StateSink, decode_part, encode_part};
 
-use crate::history::Slot;
+use crate::history::{Place, Slot};
 use crate::{Error, History, HistoryConfig};
 
 /// The part that says which numbers are in use; the part of what is kept under number n is n + 1.
@@ -20,24 +19,25 @@ struct Head {
 
 impl History {
     /// Gives to `sink` the parts of the history that differ from an earlier one, or all parts without an
-    /// earlier one. What is kept under a number never changes: a key frame that was already packed in the
-    /// earlier history is not written again.
+    /// earlier one. What is kept under a number never changes: a key frame of the earlier history is not
+    /// written again, packed or not.
     ///
     /// # Errors
     ///
     /// Those of `sink`, and of a file that cannot be read.
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
-        let before = |index| earlier.and_then(|earlier| earlier.slots.get(index));
+        let is_held = |slot: &&Slot| !matches!(slot.place, Place::Removed);
+        let before = |index| earlier.and_then(|earlier| earlier.slots.get(index)).filter(is_held);
         for (index, slot) in self.slots.iter().enumerate() {
-            match (slot, before(index)) {
-                (Slot::Removed, Some(Slot::Removed) | None) => {}
-                (Slot::Removed, Some(_)) => sink(part_of(index), None)?,
-                (slot, Some(before)) if self.is_same(slot, before, earlier) => {}
-                (slot, _) => sink(part_of(index), Some(&self.packed(slot)?))?,
+            match (Some(slot).filter(is_held), before(index)) {
+                (None, None) => {}
+                (None, Some(_)) => sink(part_of(index), None)?,
+                (Some(slot), Some(before)) if slot.is_same(before) => {}
+                (Some(slot), _) => sink(part_of(index), Some(&self.packed(&slot.place)?))?,
             }
         }
         for index in self.slots.len()..earlier.map_or(0, |earlier| earlier.slots.len()) {
-            if !matches!(before(index), Some(Slot::Removed)) {
+            if before(index).is_some() {
                 sink(part_of(index), None)?;
             }
         }
@@ -81,32 +81,20 @@ impl History {
             return Err(DamagedState::new(HEAD, what).into());
         }
         for index in 0..len {
-            let slot = match kept.remove(&part_of(index)) {
-                Some(slot) => slot,
-                None if removed.binary_search(&index).is_ok() => Slot::Removed,
+            let place = match kept.remove(&part_of(index)) {
+                Some(place) => place,
+                None if removed.binary_search(&index).is_ok() => Place::Removed,
                 None => return Err(DamagedState::new(part_of(index), "it is missing").into()),
             };
-            history.slots.push(slot);
+            history.slots.push(Slot::new(place));
         }
         Ok(Some(history))
     }
 
     fn head(&self) -> Head {
         let slots = self.slots.iter().enumerate();
-        let removed = slots.filter(|(_, slot)| matches!(slot, Slot::Removed)).map(|(index, _)| index);
+        let removed = slots.filter(|(_, slot)| matches!(slot.place, Place::Removed)).map(|(index, _)| index);
         Head { len: self.slots.len(), removed: removed.collect() }
-    }
-
-    /// Whether two slots are known to hold the same without reading them.
-    fn is_same(&self, slot: &Slot, before: &Slot, earlier: Option<&Self>) -> bool {
-        match (slot, before) {
-            (Slot::Packed(slot), Slot::Packed(before)) => Arc::ptr_eq(slot, before),
-            (Slot::Filed { offset, .. }, Slot::Filed { offset: before, .. }) => {
-                let files = self.file.as_ref().zip(earlier.and_then(|earlier| earlier.file.as_ref()));
-                offset == before && files.is_some_and(|(own, other)| Arc::ptr_eq(own, other))
-            }
-            _ => false,
-        }
     }
 }
 

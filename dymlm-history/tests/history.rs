@@ -163,6 +163,56 @@ mod saved_state {
         }
     }
 
+    /// However far each of the two has come with packing.
+    #[test]
+    fn what_the_earlier_one_holds_is_not_written_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for config in [HistoryConfig::Memory, HistoryConfig::Folder(folder.path().into())] {
+            let mut history = History::new(&config).unwrap().unwrap();
+            for seed in 0..12 {
+                history.push(observation(seed));
+            }
+            history.push_scan(vec![[1.0, 2.0, 3.0]; 9].into());
+            let earlier = history.clone();
+            let mut parts = saved_parts(|sink| earlier.save_state(None, sink));
+            assert_eq!(save_into(&mut parts, |sink| history.save_state(Some(&earlier), sink)), 0);
+
+            history.settle();
+            assert_eq!(save_into(&mut parts, |sink| history.save_state(Some(&earlier), sink)), 0);
+            assert_eq!(save_into(&mut parts, |sink| earlier.save_state(Some(&history), sink)), 0);
+
+            // Taken over under the same number, by another history.
+            let mut other = History::new(&HistoryConfig::Memory).unwrap().unwrap();
+            for index in 0..13 {
+                assert_eq!(other.push_from(&history, index).unwrap(), index);
+            }
+            assert_eq!(save_into(&mut parts, |sink| other.save_state(Some(&earlier), sink)), 0);
+
+            history.push(observation(20));
+            history.remove(2);
+            assert_eq!(save_into(&mut parts, |sink| history.save_state(Some(&earlier), sink)), 3);
+            assert!(parts == saved_parts(|sink| history.save_state(None, sink)));
+        }
+    }
+
+    /// A number says nothing where two histories that were one have gone on by themselves.
+    #[test]
+    fn what_another_one_holds_under_the_number_is_written() {
+        for is_packed in [false, true] {
+            let mut history = History::new(&HistoryConfig::Memory).unwrap().unwrap();
+            history.push(observation(1));
+            let mut other = history.clone();
+            history.push(observation(2));
+            other.push(observation(3));
+            if is_packed {
+                history.settle();
+            }
+            let mut parts = saved_parts(|sink| other.save_state(None, sink));
+            assert_eq!(save_into(&mut parts, |sink| history.save_state(Some(&other), sink)), 1);
+            assert!(parts == saved_parts(|sink| history.save_state(None, sink)));
+        }
+    }
+
     #[test]
     fn parts_that_are_missing_or_too_many_are_named() {
         let mut history = History::new(&HistoryConfig::Memory).unwrap().unwrap();

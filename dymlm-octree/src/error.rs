@@ -79,10 +79,17 @@ pub enum Error {
         /// Given radius, metres.
         radius: f64,
     },
-    /// A region that is not finite, ends before it begins or is too large for a
-    /// [`DistanceField`](crate::DistanceField), or a greatest distance that is not positive.
+    /// A greatest distance of a [`DistanceField`](crate::DistanceField) that is not positive.
+    #[error("no distance field up to {max_distance} m: not positive")]
+    MaxDistance {
+        /// Given greatest distance, metres.
+        max_distance: f64,
+    },
+    /// A region that is not finite or ends before it begins, or that is too large or too far out for a
+    /// [`DistanceField`](crate::DistanceField) with what is within the greatest distance.
     #[error(
-        "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, empty or too large"
+        "no distance field from {min:?} to {max:?} m and {max_distance} m around: not finite, it ends before it \
+         begins, or it is too large or too far out"
     )]
     Region {
         /// Given lower corner, metres.

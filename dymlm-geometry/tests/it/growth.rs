@@ -93,11 +93,14 @@ fn dbscan_does_not_compare_all_pairs_of_a_crowd() {
             .take(n)
             .collect()
     };
-    // Cells with points at few places each, which do not touch; the boxes around their points do.
+    // Two cells with points at two places each, at least 5.1 cm from those of the other cell; the boxes around
+    // the points of the cells are 4.7 cm apart.
     let corners = |n: usize| -> Vec<Point> {
-        let places = [[0.0, 0.0, 0.0], [0.02, 0.02, 0.0], [0.045, 0.0, 0.022], [0.065, 0.02, 0.022]];
+        let places = [[0.0, 0.0, 0.0], [0.02, 0.02, 0.0], [0.035, 0.0, 0.045], [0.055, 0.02, 0.045]];
         (0..n).map(|i| places[i % 4]).collect()
     };
+    let found = Dbscan::new(DbscanConfig::default()).unwrap().cluster(&corners(400));
+    assert_eq!(found.sizes(), [200, 200], "the cells do not touch");
     let huge = |_: usize| 1_000_000_000;
     let cases: [Case<'_>; 10] = [
         ("within eps, more neighbours asked for than there are", pair(ball), &huge),

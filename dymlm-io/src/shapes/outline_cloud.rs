@@ -8,7 +8,9 @@ use crate::{ObjectRecord, PlaneRecord, ShapeRecord, id_color};
 const MAX_POINTS: f64 = 1e4;
 
 /// The outlines of planes and the lines of objects as points, at most `spacing` metres apart, each in the
-/// colour of its id: for viewers that draw only clouds. Lines with an end that is not finite are left out.
+/// colour of its id: for viewers that draw only clouds. A line longer than 10,000 times `spacing` gets 10,000
+/// points, evenly spread and thus farther apart, so that a damaged map does not fill the memory. Lines with
+/// an end that is not finite are left out, and all lines if `spacing` is not positive.
 pub fn outline_cloud(planes: &[PlaneRecord], objects: &[ObjectRecord], spacing: f64) -> PointCloud {
     let mut drawn = Drawn { spacing, points: Vec::new(), colors: Vec::new() };
     for plane in planes {
@@ -111,6 +113,14 @@ mod tests {
             // The chords of the circles lie slightly inside the ellipsoid.
             assert!((0.98..=1.0 + 1e-5).contains(&ratio), "{ratio}");
         }
+
+        object.shape = ShapeRecord::Cuboid;
+        object.dimensions = [1e6, 0.0, 0.0];
+        let along_x = outline_cloud(&[], std::slice::from_ref(&object), 0.01);
+        assert_eq!(along_x.len(), 4 * 10_000, "four lines of 1000 km, and edges without a length");
+        let steps = along_x.points().windows(2).map(|pair| f64::from((pair[1][0] - pair[0][0]).abs()));
+        let evenly = steps.filter(|step| (99.9..100.1).contains(step)).count();
+        assert_eq!(evenly, 4 * 9_999);
 
         object.dimensions = [f64::NAN; 3];
         assert!(outline_cloud(&[], &[object], 0.01).is_empty());

@@ -5,13 +5,15 @@ use dymlm_core::{Detection, Frame, PinholeCamera, Pose};
 use serde_json::json;
 
 use crate::image_file::{write_depth_png, write_png};
+use crate::text_lines::number;
 use crate::{Error, StampedPose, Trajectory, write_atomically, write_detections};
 
 /// Writes a sequence as a TUM RGB-D folder, which [`TumDataset`](crate::TumDataset) and other systems read.
 ///
 /// Images are written at once. [`Self::finish`] writes the lists, the trajectory and the detections, so that
-/// an interrupted folder is not mistaken for a complete dataset. If no frame has colour, the dataset has
-/// none; if only some frames have colour, readers find only those.
+/// an interrupted folder is not mistaken for a complete dataset. Either all frames have colour or none: a
+/// reader of `associations.txt`, or of a `rgb.txt` beside `depth.txt`, takes no depth image without a colour
+/// image, so that the format has no place for frames without colour among others.
 ///
 /// ```
 /// use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose};
@@ -75,8 +77,10 @@ impl TumWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the frame has another camera than the dataset, or is not at least a
-    /// microsecond later than the previous frame; else as [`write_depth_png`]. The dataset stays as it was.
+    /// [`Error::Malformed`] when the frame has another camera than the dataset, when it has colour and the
+    /// frames before it have none or the reverse, and when it is not later than the previous frame in whole
+    /// microseconds, to which times are rounded in the lists and the names of the images; else as
+    /// [`write_depth_png`]. The dataset stays as it was.
     pub fn write(
         &mut self,
         frame: &Frame,
@@ -84,16 +88,8 @@ impl TumWriter {
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
         let timestamp = frame.timestamp();
-        if *frame.camera() != self.camera {
-            let reason = format!("the frame of {timestamp} s was taken with another camera");
-            return Err(Error::malformed(&self.folder, reason));
-        }
-        if let Some(last) = self.frames.last().filter(|last| timestamp < last.timestamp + 1e-6) {
-            let reason = format!("a frame of {timestamp} s after one of {} s", last.timestamp);
-            return Err(Error::malformed(&self.folder, reason));
-        }
-
         let name = format!("{timestamp:.6}");
+        self.check(frame, &name).map_err(|reason| Error::malformed(&self.folder, reason))?;
         write_depth_png(self.image("depth", &name), frame.depth(), DEPTH_SCALE)?;
         if let Some(color) = frame.color() {
             write_png(self.image("rgb", &name), color.width(), color.height(), color.data())?;
@@ -117,11 +113,36 @@ impl TumWriter {
         self.write_trajectory()?;
         let detections = self.frames.iter().map(|frame| (frame.timestamp, frame.detections.as_slice()));
         write_detections(self.folder.join("detections.jsonl"), detections)?;
-        if self.frames.iter().any(|frame| frame.has_color) {
+        if self.has_color() {
             self.write_list("rgb")?;
             self.write_associations()?;
         }
         self.write_list("depth")
+    }
+
+    /// Whether a frame belongs after those written so far, or why not.
+    fn check(&self, frame: &Frame, name: &str) -> Result<(), String> {
+        let timestamp = frame.timestamp();
+        if *frame.camera() != self.camera {
+            return Err(format!("the frame of {timestamp} s was taken with another camera"));
+        }
+        let Some(last) = self.frames.last() else { return Ok(()) };
+        match (last.has_color, frame.color().is_some()) {
+            (true, false) => Err(format!("the frame of {timestamp} s has no colour, but those before it do")),
+            (false, true) => {
+                Err(format!("the frame of {timestamp} s has colour, but those before it do not"))
+            }
+            // The times that readers find: two times may be apart and have one name.
+            _ if number(name)? <= number(&last.name)? => {
+                Err(format!("a frame of {timestamp} s after one of {} s", last.timestamp))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether the frames have colour: all or none.
+    fn has_color(&self) -> bool {
+        self.frames.last().is_some_and(|frame| frame.has_color)
     }
 
     fn image(&self, folder: &str, name: &str) -> PathBuf {
@@ -151,16 +172,17 @@ impl TumWriter {
     fn write_list(&self, images: &str) -> Result<(), Error> {
         write_atomically(self.folder.join(format!("{images}.txt")), |out| {
             writeln!(out, "# timestamp filename")?;
-            let listed = self.frames.iter().filter(|frame| images == "depth" || frame.has_color);
-            listed.map(|frame| &frame.name).try_for_each(|name| writeln!(out, "{name} {images}/{name}.png"))
+            self.names().try_for_each(|name| writeln!(out, "{name} {images}/{name}.png"))
         })
     }
 
     fn write_associations(&self) -> Result<(), Error> {
         write_atomically(self.folder.join("associations.txt"), |out| {
-            let both = self.frames.iter().filter(|frame| frame.has_color).map(|frame| &frame.name);
-            both.into_iter()
-                .try_for_each(|name| writeln!(out, "{name} rgb/{name}.png {name} depth/{name}.png"))
+            self.names().try_for_each(|name| writeln!(out, "{name} rgb/{name}.png {name} depth/{name}.png"))
         })
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.frames.iter().map(|frame| frame.name.as_str())
     }
 }

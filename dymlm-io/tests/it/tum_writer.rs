@@ -76,6 +76,65 @@ fn refuses_what_is_in_the_way_and_what_does_not_belong() {
     assert_eq!(TumDataset::open(&folder, &TumOptions::default()).unwrap().frames().len(), 1);
 }
 
+/// A frame of one depth, taken at any time.
+fn flat_frame(timestamp: f64, depth: f32, color: Option<ColorImage>) -> Frame {
+    Frame::new(timestamp, camera(), DepthImage::new(6, 4, vec![depth; 24]).unwrap(), color).unwrap()
+}
+
+#[test]
+fn no_two_frames_share_a_file() {
+    let parent = tempfile::tempdir().unwrap();
+    // Unix times: neighbouring numbers are 2.4e-7 s apart. The second and the third have one name, and so have
+    // the last two, but for the sign.
+    let times = [1_305_031_102.901_420_6, 1_305_031_102.901_427_5, 1_305_031_102.901_428_5, 1_305_031_103.0];
+    for (number, times, accepted) in
+        [(0, &times[..], [0, 1, 3].as_slice()), (1, &[-4e-7, 4e-7], &[0]), (2, &[4.9e-7, 5.1e-7], &[0, 1])]
+    {
+        let folder = parent.path().join(number.to_string());
+        let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+        for (index, &time) in times.iter().enumerate() {
+            let written = writer.write(&flat_frame(time, 1.0 + index as f32, None), &[], &pose(index));
+            assert_eq!(written.is_ok(), accepted.contains(&index), "{time} s: {written:?}");
+            if let Err(error) = written {
+                let [frame, last] = [index, index - 1].map(|index| times[index].to_string());
+                assert!(error.to_string().contains(&frame) && error.to_string().contains(&last), "{error}");
+            }
+        }
+        writer.finish().unwrap();
+        let dataset = TumDataset::open(&folder, &TumOptions::default()).unwrap();
+        assert_eq!(dataset.frames().len(), accepted.len());
+        for (place, &index) in accepted.iter().enumerate() {
+            let posed = dataset.load(place).unwrap();
+            assert!((posed.frame.depth().data()[0] - (1.0 + index as f32)).abs() < 1e-6);
+            assert!(posed.world_from_camera.distance(&pose(index)) < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn all_frames_have_colour_or_none() {
+    let parent = tempfile::tempdir().unwrap();
+    let color = || ColorImage::new(6, 4, vec![[9, 8, 7]; 24]).unwrap();
+    for is_colored in [true, false] {
+        let folder = parent.path().join(is_colored.to_string());
+        let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+        let frame = |time: f64, colored: bool| flat_frame(time, 2.0, colored.then(color));
+        writer.write(&frame(0.0, is_colored), &[], &pose(0)).unwrap();
+        let error = writer.write(&frame(0.1, !is_colored), &[], &pose(1)).unwrap_err().to_string();
+        let expected = if is_colored { "0.1 s has no colour" } else { "0.1 s has colour" };
+        assert!(error.contains(expected), "{error}");
+        writer.write(&frame(0.2, is_colored), &[], &pose(2)).unwrap();
+        writer.finish().unwrap();
+
+        let files = |images: &str| std::fs::read_dir(folder.join(images)).unwrap().count();
+        assert_eq!([files("depth"), files("rgb")], [2, if is_colored { 2 } else { 0 }]);
+        let dataset = TumDataset::open(&folder, &TumOptions::default()).unwrap();
+        let times: Vec<f64> = dataset.frames().iter().map(|frame| frame.timestamp).collect();
+        assert_eq!((times.as_slice(), dataset.warnings().len()), ([0.0, 0.2].as_slice(), 0));
+        assert!((0..2).all(|index| dataset.load(index).unwrap().frame.color().is_some() == is_colored));
+    }
+}
+
 #[test]
 fn detections_that_nobody_asks_for_are_left_alone() {
     let parent = tempfile::tempdir().unwrap();

@@ -48,8 +48,9 @@ impl Octree {
     ///
     /// # Errors
     ///
-    /// [`Error::Region`] when a corner is not finite or `max` is below `min`, when `max_distance` is not
-    /// positive, and when the region grown by `max_distance` has more than [`DistanceField::MAX_CELLS`].
+    /// [`Error::MaxDistance`] when `max_distance` is not positive; [`Error::Region`] when a corner is not
+    /// finite or 1e9 cells away, when `max` is below `min`, and when the region grown by `max_distance` has
+    /// more than [`DistanceField::MAX_CELLS`].
     ///
     /// ```
     /// use dymlm_octree::{Extent, Octree, OctreeConfig, UnknownCells};
@@ -102,6 +103,9 @@ impl DistanceField {
         max_distance: f64,
         unknown: UnknownCells,
     ) -> Result<(), Error> {
+        if max_distance.is_nan() || max_distance <= 0.0 {
+            return Err(Error::MaxDistance { max_distance });
+        }
         let resolution = map.resolution();
         let refused = || Error::Region { min: region.min, max: region.max, max_distance };
         let cells = CellBox::around(&region, resolution).ok_or_else(refused)?;

@@ -63,4 +63,8 @@ impl CellColors {
         self.sums.clear();
         self.cells.clear();
     }
+
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.sums.capacity() * size_of::<(u64, ColorSum)>() + self.cells.capacity() * size_of::<Key>()
+    }
 }

@@ -4,6 +4,7 @@ use super::ScanScratch;
 use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
+use super::reading_row::is_reading;
 use super::sparse_marks::pack;
 use crate::{Error, Octree, RayMode};
 
@@ -215,10 +216,9 @@ impl Octree {
 /// Number of readings of a frame.
 fn count_readings(frame: &Frame, sensor: &SensorModel, static_mask: Option<&Mask>) -> usize {
     let depth = frame.depth();
-    let is_reading = |u: usize, v: usize| {
-        let z = depth.at(u, v);
-        z.is_finite() && z >= sensor.min_depth && static_mask.is_none_or(|mask| mask.at(u, v))
+    let counts = |u: usize, v: usize| {
+        is_reading(depth.at(u, v), sensor) && static_mask.is_none_or(|mask| mask.at(u, v))
     };
-    let row = |v: usize| (0..depth.width()).filter(|&u| is_reading(u, v)).count();
+    let row = |v: usize| (0..depth.width()).filter(|&u| counts(u, v)).count();
     (0..depth.height()).map(row).sum()
 }

@@ -24,6 +24,12 @@ pub(crate) struct Row {
     pub(super) is_cut: Vec<u32>,
 }
 
+/// Whether a pixel has a depth that is not too near. It may be too far: then its ray is cut.
+#[inline]
+pub(super) fn is_reading(depth: f32, sensor: &SensorModel) -> bool {
+    depth > 0.0 && depth >= sensor.min_depth && depth < f32::INFINITY
+}
+
 /// What a row holds.
 pub(super) struct RowSummary {
     pub(super) readings: usize,
@@ -108,11 +114,7 @@ impl Row {
         mask: Option<&Mask>,
     ) {
         for (index, &depth) in self.indices[0].iter_mut().zip(depths) {
-            *index = if depth > 0.0 && depth >= sensor.min_depth && depth < f32::INFINITY {
-                *index
-            } else {
-                NO_READING
-            };
+            *index = if is_reading(depth, sensor) { *index } else { NO_READING };
         }
         if let Some(mask) = mask {
             mask.overwrite_outside(v, &mut self.indices[0], NO_READING);

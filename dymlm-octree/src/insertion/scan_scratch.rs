@@ -50,6 +50,7 @@ impl ScanScratch {
         self.window.memory_bytes()
             + self.sparse.memory_bytes()
             + self.far.capacity() * 8
+            + self.colors.memory_bytes()
             + self.hits.memory_bytes()
             + self.cut.memory_bytes()
             + self.row.memory_bytes()

@@ -156,6 +156,31 @@ fn a_refused_scan_changes_nothing() {
     assert_eq!(leaves_of(&map), before);
 }
 
+/// From outside the map as from inside, and however near a reading may be.
+#[test]
+fn pixels_without_depth_are_no_readings() {
+    let (frame, pose) = test_frame();
+    let far = Pose::new([1e7, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let mut depths = frame.depth().data().to_vec();
+    depths[1..4].copy_from_slice(&[f32::INFINITY, -1.0, 1e-3]);
+    let depth = DepthImage::new(32, 24, depths).unwrap();
+    let frame = Frame::new(0.0, *frame.camera(), depth, None).unwrap();
+    let mask = Mask::new(32, 24, (0..32 * 24).map(|i| i % 32 < 20).collect()).unwrap();
+    for (min_depth, mask) in [(0.0, None), (0.0, Some(&mask)), (0.3, None), (2.1, Some(&mask))] {
+        let mut sensor = SENSOR;
+        sensor.min_depth = min_depth;
+        let [inside, outside] = [&pose, &far].map(|pose| {
+            Octree::new(OctreeConfig::default()).unwrap().insert_depth(&frame, &sensor, mask, pose).unwrap()
+        });
+        let is_reading = |&i: &usize| {
+            let z = frame.depth().data()[i];
+            z.is_finite() && z > 0.0 && z >= min_depth && mask.is_none_or(|mask| mask.at(i % 32, i / 32))
+        };
+        let expected = (0..32 * 24).filter(is_reading).count();
+        assert_eq!([inside.readings, outside.readings, outside.outside], [expected; 3], "{min_depth} m");
+    }
+}
+
 #[test]
 fn scans_at_the_border_of_the_map_are_harmless() {
     let mut map = Octree::new(config(0.1, f64::INFINITY)).unwrap();
@@ -246,6 +271,27 @@ fn buffers_are_clean_between_scans() {
         assert_eq!(leaves_of(&used), leaves_of(&fresh));
         assert_eq!(leaves_of(&cleared), leaves_of(&fresh));
     }
+}
+
+/// A clone of a map has no buffers: they are what the two differ in.
+#[test]
+fn the_buffers_of_colours_are_counted() {
+    let mut random = Random(9);
+    let points: Vec<[f32; 3]> = (0..2000).map(|_| random.point(2.0)).collect();
+    let mut config = config(0.05, f64::INFINITY);
+    config.color = true;
+    let buffers = |colors: Option<&[[u8; 3]]>| {
+        let mut map = Octree::new(config.clone()).unwrap();
+        let report = match colors {
+            Some(colors) => map.insert_scan_colored([0.0; 3], &points, colors),
+            None => map.insert_scan([0.0; 3], &points),
+        };
+        (map.memory_bytes() - map.clone().memory_bytes(), report.unwrap().hit_cells)
+    };
+    let [(plain, cells), (colored, same_cells)] = [buffers(None), buffers(Some(&vec![[1, 2, 3]; 2000]))];
+    assert_eq!(cells, same_cells);
+    // A sum of three channels and a count, and the key, for each cell.
+    assert!(colored >= plain + cells * (4 * 8 + 6), "{cells} cells: {colored} bytes after {plain}");
 }
 
 #[test]
