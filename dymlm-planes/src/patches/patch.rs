@@ -59,6 +59,14 @@ impl CoarseCell {
     }
 }
 
+/// The largest integer that is not greater; processors without an instruction for it spend a call on
+/// [`f64::floor`].
+#[inline]
+fn floor(x: f64) -> i32 {
+    let toward_zero = x as i32;
+    toward_zero.saturating_sub(i32::from(f64::from(toward_zero) > x))
+}
+
 /// Largest coordinate of voxels along each axis, metres.
 pub(crate) fn reach(voxel_size: f64) -> f64 {
     f64::from(REACH) * voxel_size
@@ -68,10 +76,11 @@ impl Patch {
     /// The voxels of some points (world, metres); points that are not finite are ignored.
     pub(crate) fn of_points(points: impl Iterator<Item = [f64; 3]>, voxel_size: f64) -> Self {
         let scale = 1.0 / voxel_size;
-        let mut keys: Vec<u64> = points
-            .filter(|point| point.iter().all(|x| x.is_finite()))
-            .map(|point| voxel_key(point.map(|x| (x * scale).floor() as i32)))
-            .collect();
+        let mut keys = Vec::with_capacity(points.size_hint().0);
+        // Not collected: a loop inside the iterator is twice as fast as one that asks for each point.
+        points.filter(|point| point.iter().all(|x| x.is_finite())).for_each(|point| {
+            keys.push(voxel_key(point.map(|x| floor(x * scale))));
+        });
         keys.sort_unstable();
         let mut patch = Self::default();
         for block in keys.chunk_by(|a, b| split_key(*a).0 == split_key(*b).0) {

@@ -70,6 +70,14 @@ struct Candidate {
     cluster: u32,
 }
 
+impl Candidate {
+    /// Orders candidates by flatness. The bits of numbers sort like the numbers because none is negative; a
+    /// negative zero becomes a positive one.
+    fn rank(&self) -> (u64, u32) {
+        ((self.mse + 0.0).to_bits(), self.cluster)
+    }
+}
+
 impl Clustering {
     /// Clusters the blocks whose fit is `Some`. Neighbours are linked whatever step is between them (Feng's
     /// test of the step changes nothing, because the common plane of both must be flat anyway).
@@ -183,11 +191,10 @@ impl Clustering {
         self.tails[block] = entry;
     }
 
-    /// Lists each neighbour of a cluster once, with the flatness of the common plane. Entries that have
-    /// become duplicates or part of the cluster itself are removed from its list.
+    /// Lists each neighbour of a cluster once, with the flatness of the common plane. Entries that have become
+    /// duplicates or part of the cluster itself are removed from its list.
     fn find_candidates(&mut self, cluster: u32, visit: u32) {
         self.candidates.clear();
-        let own = self.moments[cluster as usize];
         let mut kept = NONE;
         let mut entry = self.heads[cluster as usize];
         self.heads[cluster as usize] = NONE;
@@ -202,8 +209,7 @@ impl Clustering {
                     last => self.next[last as usize] = entry,
                 }
                 kept = entry;
-                let mse = own.plus(&self.moments[other]).mse();
-                self.candidates.push(Candidate { mse, cluster: other as u32 });
+                self.candidates.push(Candidate { mse: 0.0, cluster: other as u32 });
             }
             entry = following;
         }
@@ -211,6 +217,20 @@ impl Clustering {
             self.next[kept as usize] = NONE;
         }
         self.tails[cluster as usize] = kept;
+        self.measure_candidates(cluster);
+    }
+
+    /// Computes the flatness of the common plane with each candidate, two at a time.
+    fn measure_candidates(&mut self, cluster: u32) {
+        let own = self.moments[cluster as usize];
+        let moments = |candidate: &Candidate| &self.moments[candidate.cluster as usize];
+        let (pairs, last) = self.candidates.as_chunks_mut::<2>();
+        for [a, b] in pairs {
+            [a.mse, b.mse] = own.mse_with_each([moments(a), moments(b)]);
+        }
+        for candidate in last {
+            candidate.mse = own.mse_with(moments(candidate));
+        }
     }
 
     /// Of the neighbours that may merge, the one with the flattest common plane.
@@ -218,12 +238,8 @@ impl Clustering {
         let own = self.moments[cluster as usize];
         let own_fit = self.fits[cluster as usize];
         loop {
-            let (position, best) = self
-                .candidates
-                .iter()
-                .copied()
-                .enumerate()
-                .min_by(|(_, a), (_, b)| a.mse.total_cmp(&b.mse).then(a.cluster.cmp(&b.cluster)))?;
+            let candidates = self.candidates.iter().copied().enumerate();
+            let (position, best) = candidates.min_by_key(|(_, candidate)| candidate.rank())?;
             let other = best.cluster as usize;
             let merged = own.plus(&self.moments[other]);
             if best.mse >= tolerance.merge_mse(merged.centroid()[2]) {
