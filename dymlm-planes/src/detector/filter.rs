@@ -87,8 +87,8 @@ impl PlaneFilter {
         &self.rejected
     }
 
-    /// Counts each label's pixels in the union of the boxes. Without a limit to the overlap there is nothing to
-    /// count, because a plane has no more pixels in the boxes than it has in all.
+    /// Counts each label's pixels in the union of the boxes. Without a limit to the overlap there is nothing
+    /// to count, because a plane has no more pixels in the boxes than it has in all.
     fn count_in_boxes(&mut self, extraction: &Extraction, movers: &[BoundingBox]) {
         self.in_boxes.clear();
         self.in_boxes.resize(extraction.segments().len() + 1, 0);
@@ -123,14 +123,16 @@ impl PlaneFilter {
 /// The pixels of an image of some size that lie in any of the boxes, in the buffer's memory. `None` for an
 /// image without pixels.
 ///
-/// Boxes are drawn one after the other, so that their number does not multiply with their pixels: comparing each
-/// pixel with all other boxes took 13 s for 400 people.
+/// Boxes are drawn one after the other, so that their number does not multiply with their pixels: comparing
+/// each pixel with all other boxes took 13 s for 400 people.
 fn union_of<'a>(boxes: &[BoundingBox], buffer: &'a mut Option<Mask>, size: [usize; 2]) -> Option<&'a Mask> {
     let [width, height] = size;
     let mut covered = match buffer.take() {
         Some(mut mask) => mask.refill(width, height, false).ok().map(|()| mask),
         None => Mask::filled(width, height, false).ok(),
     }?;
-    boxes.iter().for_each(|bounding_box| covered.fill_box(bounding_box, true));
+    for bounding_box in boxes {
+        covered.fill_box(bounding_box, true);
+    }
     Some(buffer.insert(covered))
 }

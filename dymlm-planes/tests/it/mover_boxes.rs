@@ -70,8 +70,8 @@ fn without_a_limit_no_plane_is_rejected_for_its_movers() {
 }
 
 /// Ten thousand people far away at the left, and a hundred near ones on the right. The time grows with the
-/// boxes' number, not with its square: when each pixel of a box was compared with all earlier boxes, this took
-/// minutes.
+/// boxes' number, not with its square: when each pixel of a box was compared with all earlier boxes, this
+/// took minutes.
 #[test]
 fn a_crowd_costs_little() {
     let far = (0..10_000).map(|k| ([(k % 40) as f32, (k / 40 % 200) as f32], [4.0, 8.0]));

@@ -66,8 +66,8 @@ pub(super) struct Clustering {
     candidates: BinaryHeap<Reverse<Ranked>>,
 }
 
-/// A neighbour in the order of flatness: the bits of the common plane's mean squared distance, which sort like
-/// the numbers because none is negative, then the cluster's number.
+/// A neighbour in the order of flatness: the bits of the common plane's mean squared distance, which sort
+/// like the numbers because none is negative, then the cluster's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Ranked(u128);
 
@@ -198,8 +198,8 @@ impl Clustering {
         self.tails[block] = entry;
     }
 
-    /// Lists each neighbour of a cluster once, with the flatness of the common plane. Entries that have become
-    /// duplicates or part of the cluster itself are removed from its list.
+    /// Lists each neighbour of a cluster once, with the flatness of the common plane. Entries that have
+    /// become duplicates or part of the cluster itself are removed from its list.
     fn find_candidates(&mut self, cluster: u32, visit: u32) {
         self.listed.clear();
         let mut kept = NONE;

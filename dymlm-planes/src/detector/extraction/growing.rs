@@ -5,7 +5,7 @@ use wide::f32x4;
 use super::super::rays::Rays;
 use super::super::wide_noise::sigmas;
 use super::block_grid::BlockGrid;
-use super::reached::keep_reached;
+use super::reached::{PixelBits, keep_reached};
 use super::tolerance::Tolerance;
 use crate::moments::{Fit, Moments, RowSums};
 
@@ -131,6 +131,7 @@ struct BlockBuffers {
     /// Distance from the nearest plane so far, and that plane's label.
     nearest: Vec<f32>,
     labels: Vec<u32>,
+    bits: PixelBits,
 }
 
 /// Pixels that are measured at once.
@@ -271,7 +272,7 @@ fn label_pixels(
     pixel_labels: &mut [u16],
 ) {
     let (columns, rows) = (scene.grid.pixel_columns(block), scene.grid.pixel_rows(block));
-    let BlockBuffers { distances, nearest, labels } = buffers;
+    let BlockBuffers { distances, nearest, labels, bits } = buffers;
     nearest.clear();
     nearest.resize(scene.grid.area(block), f32::INFINITY);
     labels.clear();
@@ -279,12 +280,13 @@ fn label_pixels(
     for (place, &label) in candidates.labels[..usize::from(candidates.count)].iter().enumerate() {
         let sides = &mut candidates.sides[place];
         find_near(scene, block, &scene.seeds[usize::from(label) - 1], distances);
-        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides) {
+        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides, bits) {
             *sides = ALL_SIDES;
         }
         for ((mine, nearest), &distance) in labels.iter_mut().zip(nearest.iter_mut()).zip(distances.iter()) {
-            *mine = if distance < *nearest { u32::from(label) } else { *mine };
-            *nearest = nearest.min(distance);
+            let is_nearer = distance < *nearest;
+            *mine = if is_nearer { u32::from(label) } else { *mine };
+            *nearest = if is_nearer { distance } else { *nearest };
         }
     }
     for (v, own) in rows.zip(labels.chunks_exact(columns.len())) {

@@ -86,19 +86,25 @@ impl Trial {
             let ((depths, last_depths), (ray_x, last_ray_x), (single, last_single)) =
                 (depths.as_chunks::<LANES>(), ray_x.as_chunks::<LANES>(), ray_x_single.as_chunks::<LANES>());
             for ((z, a), single) in depths.iter().zip(ray_x).zip(single) {
-                stretch.add(&weighing.weigh(f32x4::from(*z), f32x4::from(*single)), z, a);
+                let weights = weighing.weigh(f32x4::from(*z), f32x4::from(*single), &mut stretch);
+                let [w0, w1, w2, w3] = weights.to_array();
+                stretch.add([w0, w1], [z[0], z[1]], [a[0], a[1]]);
+                stretch.add([w2, w3], [z[2], z[3]], [a[2], a[3]]);
             }
-            if !last_depths.is_empty() {
-                let (z, a, single) = (filled(last_depths), filled(last_ray_x), filled(last_single));
-                stretch.add_last(&weighing.weigh(f32x4::from(z), f32x4::from(single)), &z, &a);
+            let last = last_depths.iter().zip(last_ray_x).zip(last_single);
+            for (k, ((&z, &a), &single)) in last.enumerate() {
+                let weights = weighing.weigh(alone(z), alone(single), &mut stretch);
+                let [weight, ..] = weights.to_array();
+                // The lane of the other reading of the pair stays as it is.
+                let at = |x: f32| if k % 2 == 0 { [x, 0.0] } else { [0.0, x] };
+                stretch.add(at(weight), at(z), [a; 2]);
             }
             stretch.add_to(b, sums);
         }
     }
 }
 
-/// The last values of a stretch, filled up with zeros.
-#[inline]
-fn filled<T: Copy + Default>(last: &[T]) -> [T; LANES] {
-    std::array::from_fn(|k| last.get(k).copied().unwrap_or_default())
+/// A reading, or its ray, without neighbours.
+fn alone(x: f32) -> f32x4 {
+    f32x4::from([x, 0.0, 0.0, 0.0])
 }

@@ -36,34 +36,20 @@ impl<K: Fn(f32x4) -> f32x4> Weighing<K> {
         }
     }
 
-    /// Weighs four readings at the rays `a`.
+    /// The weights of four readings at the rays `a`; what else is summed of them is added to the sums.
     #[inline]
-    pub(super) fn weigh(&self, z: f32x4, a: f32x4) -> Weights {
+    pub(super) fn weigh(&self, z: f32x4, a: f32x4, sums: &mut StretchSums) -> f32x4 {
         let per_noise = f32x4::ONE / sigmas(&self.noise, z);
         let distance = (z * (self.nx * a + self.of_row) + self.d) * per_noise;
         let part = distance * self.per_reach;
         let inside = f32x4::ONE - part * part;
         let kernel = (self.kernel)(inside) & inside.simd_ge(f32x4::ZERO) & z.simd_gt(f32x4::ZERO);
         let precision = f32x4::splat(self.noise.floor) * per_noise;
-        Weights {
-            readings: f32x4::ONE & kernel.simd_gt(f32x4::ZERO),
-            kernel,
-            squares: kernel * distance * distance,
-            weights: kernel * precision * precision,
-        }
+        sums.readings += f32x4::ONE & kernel.simd_gt(f32x4::ZERO);
+        sums.kernel_weight += kernel;
+        sums.squares += kernel * distance * distance;
+        kernel * precision * precision
     }
-}
-
-/// Four readings, weighted.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Weights {
-    /// 1 for a reading with a weight above 0.
-    readings: f32x4,
-    kernel: f32x4,
-    /// Kernel weights times squared distances over the squared noise.
-    squares: f32x4,
-    /// Kernel weights over the squared noise.
-    weights: f32x4,
 }
 
 /// The sums over a stretch of a row, in lanes. They lack the row's ray height, which is multiplied in once.
@@ -81,33 +67,9 @@ pub(super) struct StretchSums {
 }
 
 impl StretchSums {
-    /// Adds four readings at the rays `a`.
-    #[inline]
-    pub(super) fn add(&mut self, weighted: &Weights, z: &[f32; LANES], a: &[f64; LANES]) {
-        self.readings += weighted.readings;
-        self.kernel_weight += weighted.kernel;
-        self.squares += weighted.squares;
-        let [w0, w1, w2, w3] = weighted.weights.to_array();
-        self.add_pair([w0, w1], [z[0], z[1]], [a[0], a[1]]);
-        self.add_pair([w2, w3], [z[2], z[3]], [a[2], a[3]]);
-    }
-
-    /// Adds the readings at the end of a stretch, fewer than four; those that are missing have no weight.
-    #[inline]
-    pub(super) fn add_last(&mut self, weighted: &Weights, z: &[f32; LANES], a: &[f64; LANES]) {
-        let sums = [&mut self.readings, &mut self.kernel_weight, &mut self.squares];
-        for (sums, terms) in sums.into_iter().zip([weighted.readings, weighted.kernel, weighted.squares]) {
-            let ([sum, rest @ ..], [first, second, third, _]) = (sums.to_array(), terms.to_array());
-            *sums = f32x4::from([sum + first + second + third, rest[0], rest[1], rest[2]]);
-        }
-        let [w0, w1, w2, _] = weighted.weights.to_array();
-        self.add_pair([w0, w1], [z[0], z[1]], [a[0], a[1]]);
-        self.add_pair([w2, 0.0], [z[2], 0.0], [a[2], 0.0]);
-    }
-
     /// Adds two readings at the rays `a`.
     #[inline]
-    fn add_pair(&mut self, weights: [f32; 2], z: [f32; 2], a: [f64; 2]) {
+    pub(super) fn add(&mut self, weights: [f32; 2], z: [f32; 2], a: [f64; 2]) {
         let [weight, z] = [weights, z].map(|pair| f64x2::from(pair.map(f64::from)));
         let a = f64x2::from(a);
         let of_first = weight * z;
