@@ -1,4 +1,4 @@
-use dymlm_core::BoundingBox;
+use dymlm_core::{BoundingBox, Mask};
 
 use super::config::PlaneDetectorConfig;
 use super::detected_plane::DetectedPlane;
@@ -44,12 +44,14 @@ const MAX_ANGLE_DEVIATION: f64 = 0.052;
 
 /// Rejects planes that are too small, too uncertain, or on a mover (paper III-B).
 ///
-/// Masked pixels of movers are never part of a plane; this filter drops what the mask missed. O(pixels in
-/// boxes).
+/// Masked pixels of movers are never part of a plane; this filter drops what the mask missed. O(pixels + rows
+/// of the boxes), and nothing per pixel where the overlap has no limit.
 #[derive(Debug, Clone)]
 pub(super) struct PlaneFilter {
     min_area: f64,
     max_mover_overlap: f64,
+    /// The union of the boxes.
+    covered: Option<Mask>,
     /// Number of pixels of each label in the boxes.
     in_boxes: Vec<usize>,
     rejected: Vec<RejectedPlane>,
@@ -58,7 +60,7 @@ pub(super) struct PlaneFilter {
 impl PlaneFilter {
     pub(super) fn new(config: &PlaneDetectorConfig) -> Self {
         let PlaneDetectorConfig { min_area, max_mover_overlap, .. } = *config;
-        Self { min_area, max_mover_overlap, in_boxes: Vec::new(), rejected: Vec::new() }
+        Self { min_area, max_mover_overlap, covered: None, in_boxes: Vec::new(), rejected: Vec::new() }
     }
 
     /// Rejects planes that do not pass, each with the first cause that applies. `movers` are the corrected
@@ -85,22 +87,21 @@ impl PlaneFilter {
         &self.rejected
     }
 
-    /// Counts each label's pixels in the union of the boxes.
+    /// Counts each label's pixels in the union of the boxes. Without a limit to the overlap there is nothing
+    /// to count, because a plane has no more pixels in the boxes than it has in all.
     fn count_in_boxes(&mut self, extraction: &Extraction, movers: &[BoundingBox]) {
-        let (width, height) = (extraction.width(), extraction.height());
         self.in_boxes.clear();
         self.in_boxes.resize(extraction.segments().len() + 1, 0);
-        for (index, mover) in movers.iter().enumerate() {
-            let earlier = &movers[..index];
-            for v in mover.rows(height) {
-                for u in mover.columns(width) {
-                    let counted = earlier
-                        .iter()
-                        .any(|other| other.rows(height).contains(&v) && other.columns(width).contains(&u));
-                    if !counted {
-                        self.in_boxes[usize::from(extraction.labels()[v * width + u])] += 1;
-                    }
-                }
+        if movers.is_empty() || self.max_mover_overlap >= 1.0 {
+            return;
+        }
+        let Some(covered) = union_of(movers, &mut self.covered, [extraction.width(), extraction.height()])
+        else {
+            return;
+        };
+        for (v, labels) in extraction.labels().chunks_exact(extraction.width()).enumerate() {
+            for u in covered.columns_of_row(v) {
+                self.in_boxes[usize::from(labels[u])] += 1;
             }
         }
     }
@@ -117,4 +118,21 @@ impl PlaneFilter {
         let angle_deviation = plane.covariance.angle_deviation();
         (angle_deviation > MAX_ANGLE_DEVIATION).then_some(RejectionCause::Uncertain { angle_deviation })
     }
+}
+
+/// The pixels of an image of some size that lie in any of the boxes, in the buffer's memory. `None` for an
+/// image without pixels.
+///
+/// Boxes are drawn one after the other, so that their number does not multiply with their pixels: comparing
+/// each pixel with all other boxes took 13 s for 400 people.
+fn union_of<'a>(boxes: &[BoundingBox], buffer: &'a mut Option<Mask>, size: [usize; 2]) -> Option<&'a Mask> {
+    let [width, height] = size;
+    let mut covered = match buffer.take() {
+        Some(mut mask) => mask.refill(width, height, false).ok().map(|()| mask),
+        None => Mask::filled(width, height, false).ok(),
+    }?;
+    for bounding_box in boxes {
+        covered.fill_box(bounding_box, true);
+    }
+    Some(buffer.insert(covered))
 }

@@ -11,6 +11,7 @@ mod plane_detector;
 mod plane_samples;
 mod rays;
 mod refinement;
+mod wide_noise;
 
 pub use config::PlaneDetectorConfig;
 pub use covariance::PlaneCovariance;

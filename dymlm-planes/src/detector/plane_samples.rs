@@ -92,21 +92,39 @@ impl RayLattice {
             let z = -d / (normal[0] * x + normal[1] * y + normal[2]);
             [x * z, y * z, z]
         };
-        let offset = |k: u32, parts: u32| (f64::from(k) + 0.5) / f64::from(parts) - 0.5;
-        // Neighbouring places share the number of points.
-        let (mut neighbors, mut parts) = (u32::MAX, [1, 1]);
+        // Neighbouring places share the number of points, and how far these lie from the sample's own ray.
+        let (mut neighbors, mut parts) = (u32::MAX, [Parts::default(); 2]);
         places.flat_map(move |place| {
             let at = [place % self.columns.max(1), place / self.columns.max(1)].map(f64::from);
             let [x, y] = std::array::from_fn(|axis| first[axis] + at[axis] * step[axis]);
             if place / NEIGHBORS != neighbors {
-                (neighbors, parts) = (place / NEIGHBORS, self.parts(&plane, meet(x, y), spacing));
+                neighbors = place / NEIGHBORS;
+                let counts = self.parts(&plane, meet(x, y), spacing);
+                parts = std::array::from_fn(|axis| Parts::new(counts[axis], step[axis]));
             }
             let [columns, rows] = parts;
-            (0..columns * rows).map(move |k| {
-                let [du, dv] = [offset(k % columns, columns), offset(k / columns, rows)];
-                meet(x + du * step[0], y + dv * step[1])
-            })
+            rows.offsets().flat_map(move |dy| columns.offsets().map(move |dx| meet(x + dx, y + dy)))
         })
+    }
+}
+
+/// The points for which a sample stands along one axis.
+#[derive(Debug, Clone, Copy, Default)]
+struct Parts {
+    count: usize,
+    /// Their rays, relative to the sample's.
+    offsets: [f64; MOST_PARTS as usize],
+}
+
+impl Parts {
+    /// `count` points, at most [`MOST_PARTS`], spread evenly over a step of the lattice.
+    fn new(count: u32, step: f64) -> Self {
+        let offset = |k: usize| ((k as f64 + 0.5) / f64::from(count) - 0.5) * step;
+        Self { count: count as usize, offsets: std::array::from_fn(offset) }
+    }
+
+    fn offsets(self) -> impl Iterator<Item = f64> {
+        self.offsets.into_iter().take(self.count)
     }
 }
 

@@ -6,6 +6,8 @@ use crate::shared_map::SharedMap;
 /// Voxels along the side of a block, as a power of two: 16, 0.4 m at 2.5 cm. A block holds some hundred
 /// voxels of a plane.
 const BLOCK_BITS: u32 = 4;
+/// Voxels in a block.
+pub(super) const BLOCK_VOXELS: usize = 1 << (3 * BLOCK_BITS);
 /// Bits of a block's coordinate in a key.
 const BITS: u32 = 17;
 const HALF: i32 = 1 << (BITS - 1);
@@ -51,16 +53,6 @@ impl BlockKey {
         let min = self.cell().map(|c| c << BLOCK_BITS);
         VoxelBox { min, max: min.map(|c| c + (1 << BLOCK_BITS) - 1) }
     }
-}
-
-/// A voxel's key: the key of its block, then its place in the block.
-pub(super) fn voxel_key(voxel: [i32; 3]) -> u64 {
-    BlockKey::of(voxel).0 << (3 * BLOCK_BITS) | u64::from(local(voxel))
-}
-
-/// The block of a voxel's key, and the voxel's place in it.
-pub(super) fn split_key(key: u64) -> (BlockKey, u16) {
-    (BlockKey(key >> (3 * BLOCK_BITS)), (key & ((1 << (3 * BLOCK_BITS)) - 1)) as u16)
 }
 
 /// A voxel's place in its block.

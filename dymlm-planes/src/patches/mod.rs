@@ -4,6 +4,7 @@ mod block;
 mod patch;
 mod plane_index;
 mod voxel_box;
+mod voxel_lists;
 
 pub(crate) use block::BlockKey;
 #[cfg(feature = "state")]

@@ -1,5 +1,6 @@
-use super::block::{BlockKey, REACH, local, split_key, visit_in, voxel_at, voxel_key};
+use super::block::{BlockKey, REACH, local, visit_in, voxel_at};
 use super::voxel_box::VoxelBox;
+use super::voxel_lists::VoxelLists;
 use crate::shared_map::SharedMap;
 
 /// The voxels of a plane's inliers, in blocks, with the number of samples in each. Counts can be added and
@@ -59,6 +60,14 @@ impl CoarseCell {
     }
 }
 
+/// The largest integer that is not greater; processors without an instruction for it spend a call on
+/// [`f64::floor`].
+#[inline]
+fn floor(x: f64) -> i32 {
+    let toward_zero = x as i32;
+    toward_zero.saturating_sub(i32::from(f64::from(toward_zero) > x))
+}
+
 /// Largest coordinate of voxels along each axis, metres.
 pub(crate) fn reach(voxel_size: f64) -> f64 {
     f64::from(REACH) * voxel_size
@@ -68,19 +77,16 @@ impl Patch {
     /// The voxels of some points (world, metres); points that are not finite are ignored.
     pub(crate) fn of_points(points: impl Iterator<Item = [f64; 3]>, voxel_size: f64) -> Self {
         let scale = 1.0 / voxel_size;
-        let mut keys: Vec<u64> = points
+        let mut lists = VoxelLists::default();
+        // A loop inside the iterator, which is faster than one that asks for each point.
+        points
             .filter(|point| point.iter().all(|x| x.is_finite()))
-            .map(|point| voxel_key(point.map(|x| (x * scale).floor() as i32)))
-            .collect();
-        keys.sort_unstable();
+            .for_each(|point| lists.add(point.map(|x| floor(x * scale))));
         let mut patch = Self::default();
-        for block in keys.chunk_by(|a, b| split_key(*a).0 == split_key(*b).0) {
-            let voxels: Vec<Counted> = block
-                .chunk_by(|a, b| a == b)
-                .map(|same| Counted { local: split_key(same[0]).1, count: same.len() as u32 })
-                .collect();
+        for (block, counted) in lists.counted() {
+            let voxels: Vec<_> = counted.into_iter().map(|(local, count)| Counted { local, count }).collect();
             patch.voxels += voxels.len();
-            patch.blocks.insert(split_key(block[0]).0, voxels);
+            patch.blocks.insert(block, voxels);
         }
         patch.measure();
         patch
@@ -328,6 +334,28 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn each_voxel_counts_the_points_in_it(
+            points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 0..200),
+        ) {
+            // Several points in many voxels, and several blocks.
+            let mut expected = std::collections::BTreeMap::new();
+            for point in &points {
+                *expected.entry(point.map(|x| (x * (1.0 / 0.1)).floor() as i32)).or_insert(0) += 1;
+            }
+            let patch = patch(&points);
+            let counted: std::collections::BTreeMap<_, _> =
+                patch.voxels().map(|voxel| (voxel.cell, voxel.count)).collect();
+            prop_assert_eq!(counted, expected);
+            let in_order = |voxels: &[Counted]| voxels.is_sorted_by(|a, b| a.local < b.local);
+            prop_assert!(patch.blocks.values().all(|voxels| in_order(voxels)));
+        }
+
+        #[test]
+        fn numbers_are_rounded_down(x in prop_oneof![-1e4..1e4_f64, -1e12..1e12_f64, Just(-0.0), Just(-3.0)]) {
+            prop_assert_eq!(floor(x), x.floor() as i32);
+        }
+
         #[test]
         fn what_was_added_can_be_taken_out(
             a in prop::collection::vec(prop::array::uniform3(-3.0..3.0_f64), 0..60),

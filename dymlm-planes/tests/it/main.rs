@@ -11,4 +11,5 @@ mod hidden_gaps;
 mod labelled_image;
 mod map_life;
 mod moved_body;
+mod mover_boxes;
 mod partitions;

@@ -61,13 +61,29 @@ pub(super) struct Clustering {
     tails: Vec<u32>,
     /// For each cluster, the last visit that listed it.
     visited: Vec<u32>,
-    candidates: Vec<Candidate>,
+    /// The present cluster's neighbours, as they are listed, and by flatness.
+    listed: Vec<u32>,
+    candidates: BinaryHeap<Reverse<Ranked>>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    mse: f64,
-    cluster: u32,
+/// A neighbour in the order of flatness: the bits of the common plane's mean squared distance, which sort
+/// like the numbers because none is negative, then the cluster's number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Ranked(u128);
+
+impl Ranked {
+    fn new(mse: f64, cluster: u32) -> Self {
+        // A negative zero becomes a positive one.
+        Self(u128::from((mse + 0.0).to_bits()) << 32 | u128::from(cluster))
+    }
+
+    fn mse(self) -> f64 {
+        f64::from_bits((self.0 >> 32) as u64)
+    }
+
+    fn cluster(self) -> u32 {
+        self.0 as u32
+    }
 }
 
 impl Clustering {
@@ -101,8 +117,7 @@ impl Clustering {
         let most = (self.candidates.len() / NEIGHBORS_PER_MERGE).max(1);
         let mut grown = None;
         for _ in 0..most {
-            let Some((position, fit)) = self.best_candidate(cluster, tolerance) else { break };
-            let other = self.candidates.swap_remove(position).cluster;
+            let Some((other, fit)) = self.take_best_candidate(cluster, tolerance) else { break };
             let into = self.merge(cluster, other, fit);
             grown = Some((into, fit.mse));
             if into != cluster {
@@ -186,8 +201,7 @@ impl Clustering {
     /// Lists each neighbour of a cluster once, with the flatness of the common plane. Entries that have
     /// become duplicates or part of the cluster itself are removed from its list.
     fn find_candidates(&mut self, cluster: u32, visit: u32) {
-        self.candidates.clear();
-        let own = self.moments[cluster as usize];
+        self.listed.clear();
         let mut kept = NONE;
         let mut entry = self.heads[cluster as usize];
         self.heads[cluster as usize] = NONE;
@@ -202,8 +216,7 @@ impl Clustering {
                     last => self.next[last as usize] = entry,
                 }
                 kept = entry;
-                let mse = own.plus(&self.moments[other]).mse();
-                self.candidates.push(Candidate { mse, cluster: other as u32 });
+                self.listed.push(other as u32);
             }
             entry = following;
         }
@@ -211,31 +224,42 @@ impl Clustering {
             self.next[kept as usize] = NONE;
         }
         self.tails[cluster as usize] = kept;
+        self.rank_candidates(cluster);
     }
 
-    /// Of the neighbours that may merge, the one with the flattest common plane.
-    fn best_candidate(&mut self, cluster: u32, tolerance: &Tolerance) -> Option<(usize, Fit)> {
+    /// Orders the listed neighbours by the flatness of the common plane, which is computed for two at a time.
+    fn rank_candidates(&mut self, cluster: u32) {
+        let own = self.moments[cluster as usize];
+        let moments = |cluster: u32| &self.moments[cluster as usize];
+        let mut ranked = std::mem::take(&mut self.candidates).into_vec();
+        ranked.clear();
+        let (pairs, last) = self.listed.as_chunks::<2>();
+        for &[a, b] in pairs {
+            let [mse_a, mse_b] = own.mse_with_each([moments(a), moments(b)]);
+            ranked.extend([Ranked::new(mse_a, a), Ranked::new(mse_b, b)].map(Reverse));
+        }
+        ranked.extend(last.iter().map(|&other| Reverse(Ranked::new(own.mse_with(moments(other)), other))));
+        self.candidates = BinaryHeap::from(ranked);
+    }
+
+    /// Takes from the neighbours the one with the flattest common plane that may merge, and those before it
+    /// that may not.
+    fn take_best_candidate(&mut self, cluster: u32, tolerance: &Tolerance) -> Option<(u32, Fit)> {
         let own = self.moments[cluster as usize];
         let own_fit = self.fits[cluster as usize];
-        loop {
-            let (position, best) = self
-                .candidates
-                .iter()
-                .copied()
-                .enumerate()
-                .min_by(|(_, a), (_, b)| a.mse.total_cmp(&b.mse).then(a.cluster.cmp(&b.cluster)))?;
-            let other = best.cluster as usize;
+        while let Some(Reverse(best)) = self.candidates.pop() {
+            let other = best.cluster() as usize;
             let merged = own.plus(&self.moments[other]);
-            if best.mse >= tolerance.merge_mse(merged.centroid()[2]) {
+            if best.mse() >= tolerance.merge_mse(merged.centroid()[2]) {
                 return None;
             }
             let agree = dot(own_fit.normal, self.fits[other].normal) >= COS_MERGE_ANGLE;
             let noise = [self.noise_mse(cluster as usize), self.noise_mse(other)];
             if agree && let Some(fit) = fit_of_both([&own, &self.moments[other]], noise, tolerance) {
-                return Some((position, fit));
+                return Some((best.cluster(), fit));
             }
-            self.candidates.swap_remove(position);
         }
+        None
     }
 
     /// Merges two clusters and returns their common number.

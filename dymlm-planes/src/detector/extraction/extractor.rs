@@ -416,9 +416,7 @@ impl PlaneExtractor {
                 let pixels = v * width + columns.start..v * width + columns.end;
                 let labels = &mut self.extraction.labels[pixels.clone()];
                 if whole {
-                    for (label, &z) in labels.iter_mut().zip(&self.depth[pixels]) {
-                        *label = if z > 0.0 { own } else { 0 };
-                    }
+                    label_readings(labels, &self.depth[pixels], own);
                 } else {
                     for label in labels {
                         *label = self.relabelled[usize::from(*label)];
@@ -426,6 +424,20 @@ impl PlaneExtractor {
                 }
             }
         }
+    }
+}
+
+/// Gives all pixels that have a reading a label, eight at a time, and all others 0.
+fn label_readings(labels: &mut [u16], depths: &[f32], own: u16) {
+    const MANY: usize = 8;
+    let label = |z: f32| if z > 0.0 { own } else { 0 };
+    let ((labels, last_labels), (depths, last_depths)) =
+        (labels.as_chunks_mut::<MANY>(), depths.as_chunks::<MANY>());
+    for (labels, depths) in labels.iter_mut().zip(depths) {
+        *labels = depths.map(label);
+    }
+    for (own, &z) in last_labels.iter_mut().zip(last_depths) {
+        *own = label(z);
     }
 }
 

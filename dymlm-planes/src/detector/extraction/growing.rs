@@ -1,9 +1,11 @@
 use dymlm_core::SensorModel;
 use dymlm_core::vector3::dot;
+use wide::f32x4;
 
 use super::super::rays::Rays;
+use super::super::wide_noise::sigmas;
 use super::block_grid::BlockGrid;
-use super::reached::keep_reached;
+use super::reached::{PixelBits, keep_reached};
 use super::tolerance::Tolerance;
 use crate::moments::{Fit, Moments, RowSums};
 
@@ -33,12 +35,14 @@ impl Seed {
         self.normal[1] * ray_y as f32 + self.normal[2]
     }
 
-    /// Distance of a reading from the plane, metres; infinity when it is too far to join.
+    /// Distances of four readings from the plane, metres; infinity where they are too far to join.
     #[inline]
-    fn distance_if_near(&self, z: f32, ray_x: f32, of_row: f32) -> f32 {
-        let distance = (z * (self.normal[0] * ray_x + of_row) + self.d).abs();
-        let limit = if z > 0.0 { self.limit_per_noise * self.sensor.sigma(z) } else { 0.0 };
-        if distance < limit { distance } else { f32::INFINITY }
+    fn distances_if_near(&self, z: f32x4, ray_x: f32x4, of_row: f32) -> f32x4 {
+        let along = f32x4::splat(self.normal[0]) * ray_x + f32x4::splat(of_row);
+        let distance = (z * along + f32x4::splat(self.d)).abs();
+        let limit = f32x4::splat(self.limit_per_noise) * sigmas(&self.sensor.noise, z);
+        let limit = limit & z.simd_gt(f32x4::ZERO);
+        distance.simd_lt(limit).select(distance, f32x4::splat(f32::INFINITY))
     }
 
     pub(super) fn new(fit: &Fit, noise_mse: f64, sensor: SensorModel) -> Self {
@@ -127,10 +131,11 @@ struct BlockBuffers {
     /// Distance from the nearest plane so far, and that plane's label.
     nearest: Vec<f32>,
     labels: Vec<u32>,
+    bits: PixelBits,
 }
 
 /// Pixels that are measured at once.
-const OCTET: usize = 8;
+const LANES: usize = 4;
 
 /// The input of the growing.
 #[derive(Debug, Clone, Copy)]
@@ -267,7 +272,7 @@ fn label_pixels(
     pixel_labels: &mut [u16],
 ) {
     let (columns, rows) = (scene.grid.pixel_columns(block), scene.grid.pixel_rows(block));
-    let BlockBuffers { distances, nearest, labels } = buffers;
+    let BlockBuffers { distances, nearest, labels, bits } = buffers;
     nearest.clear();
     nearest.resize(scene.grid.area(block), f32::INFINITY);
     labels.clear();
@@ -275,12 +280,13 @@ fn label_pixels(
     for (place, &label) in candidates.labels[..usize::from(candidates.count)].iter().enumerate() {
         let sides = &mut candidates.sides[place];
         find_near(scene, block, &scene.seeds[usize::from(label) - 1], distances);
-        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides) {
+        if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides, bits) {
             *sides = ALL_SIDES;
         }
         for ((mine, nearest), &distance) in labels.iter_mut().zip(nearest.iter_mut()).zip(distances.iter()) {
-            *mine = if distance < *nearest { u32::from(label) } else { *mine };
-            *nearest = nearest.min(distance);
+            let is_nearer = distance < *nearest;
+            *mine = if is_nearer { u32::from(label) } else { *mine };
+            *nearest = if is_nearer { distance } else { *nearest };
         }
     }
     for (v, own) in rows.zip(labels.chunks_exact(columns.len())) {
@@ -295,19 +301,19 @@ fn label_pixels(
 /// join.
 fn find_near(scene: &Scene<'_>, block: usize, seed: &Seed, distances: &mut Vec<f32>) {
     let columns = scene.grid.pixel_columns(block);
-    let (ray_x, last_ray_x) = scene.rays.x_single[columns.clone()].as_chunks::<OCTET>();
-    distances.clear();
-    for v in scene.grid.pixel_rows(block) {
+    let (ray_x, last_ray_x) = scene.rays.x_single[columns.clone()].as_chunks::<LANES>();
+    distances.resize(scene.grid.area(block), 0.0);
+    for (v, distances) in scene.grid.pixel_rows(block).zip(distances.chunks_exact_mut(columns.len())) {
         let row = v * scene.grid.width;
-        let (depths, last_depths) = scene.depth[row + columns.start..row + columns.end].as_chunks::<OCTET>();
+        let (depths, last_depths) = scene.depth[row + columns.start..row + columns.end].as_chunks::<LANES>();
+        let (distances, last_distances) = distances.as_chunks_mut::<LANES>();
         let of_row = seed.of_row(scene.rays.y[v]);
-        for (depths, ray_x) in depths.iter().zip(ray_x) {
-            distances.extend_from_slice(&std::array::from_fn::<_, OCTET, _>(|k| {
-                seed.distance_if_near(depths[k], ray_x[k], of_row)
-            }));
+        for ((distances, z), a) in distances.iter_mut().zip(depths).zip(ray_x) {
+            *distances = seed.distances_if_near(f32x4::from(*z), f32x4::from(*a), of_row).to_array();
         }
-        let last = last_depths.iter().zip(last_ray_x);
-        distances.extend(last.map(|(&z, &a)| seed.distance_if_near(z, a, of_row)));
+        for ((distance, &z), &a) in last_distances.iter_mut().zip(last_depths).zip(last_ray_x) {
+            [*distance, ..] = seed.distances_if_near(f32x4::splat(z), f32x4::splat(a), of_row).to_array();
+        }
     }
 }
 

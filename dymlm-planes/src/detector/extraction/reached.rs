@@ -1,10 +1,15 @@
-use super::block_grid::LARGEST_SIDE;
-
 /// Sides of a block through which a plane enters: bits in the order of `BlockGrid::neighbors`.
 const LEFT: u8 = 0b0001;
 const RIGHT: u8 = 0b0010;
 const ABOVE: u8 = 0b0100;
 const BELOW: u8 = 0b1000;
+
+/// A bit for each pixel of a block, by rows: whether it is near a plane, and whether the plane reaches it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PixelBits {
+    near: Vec<u64>,
+    reached: Vec<u64>,
+}
 
 /// Keeps those pixels of a block, `width` per row, that a growing plane can reach from the sides through
 /// which it entered: over pixels near the plane (of finite distance) that touch, also at corners. The
@@ -14,17 +19,15 @@ const BELOW: u8 = 0b1000;
 /// screens that stand side by side: far away and at a slant, a gap of 15 cm is 3 pixels wide.
 ///
 /// O(rows of the block) for most shapes, because whole rows are processed at once.
-pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8) -> bool {
-    let mut near = [0; LARGEST_SIDE];
-    let height = distances.len() / width;
-    for (near, row) in near.iter_mut().zip(distances.chunks_exact(width)) {
-        *near = bits_of(row);
-    }
-    let reached = spread(&near[..height], width, sides);
-    if reached[..height] == near[..height] {
+pub(super) fn keep_reached(distances: &mut [f32], width: usize, sides: u8, bits: &mut PixelBits) -> bool {
+    let PixelBits { near, reached } = bits;
+    near.clear();
+    near.extend(distances.chunks_exact(width).map(bits_of));
+    spread(near, width, sides, reached);
+    if reached == near {
         return true;
     }
-    for (row, &reached) in distances.chunks_exact_mut(width).zip(&reached) {
+    for (row, &reached) in distances.chunks_exact_mut(width).zip(&*reached) {
         for (k, distance) in row.iter_mut().enumerate() {
             *distance = if reached >> k & 1 == 1 { *distance } else { f32::INFINITY };
         }
@@ -41,17 +44,16 @@ fn bits_of(distances: &[f32]) -> u64 {
     })
 }
 
-/// The pixels near a plane that are connected to one of the sides.
-fn spread(near: &[u64], width: usize, sides: u8) -> [u64; LARGEST_SIDE] {
-    let mut rows = [0; LARGEST_SIDE];
+/// Finds the pixels near a plane that are connected to one of the sides.
+fn spread(near: &[u64], width: usize, sides: u8, reached: &mut Vec<u64>) {
     let height = near.len();
     let first = u64::from(sides & LEFT != 0);
     let last = u64::from(sides & RIGHT != 0) << (width - 1);
-    let reached = &mut rows[..height];
-    for (row, reached) in reached.iter_mut().enumerate() {
+    reached.clear();
+    reached.extend(near.iter().enumerate().map(|(row, near)| {
         let whole = (sides & ABOVE != 0 && row == 0) || (sides & BELOW != 0 && row + 1 == height);
-        *reached = near[row] & if whole { u64::MAX } else { first | last };
-    }
+        near & if whole { u64::MAX } else { first | last }
+    }));
     loop {
         let mut grown = false;
         for row in (0..height).chain((0..height).rev()) {
@@ -62,7 +64,7 @@ fn spread(near: &[u64], width: usize, sides: u8) -> [u64; LARGEST_SIDE] {
             reached[row] = with;
         }
         if !grown {
-            return rows;
+            return;
         }
     }
 }
@@ -74,7 +76,8 @@ mod tests {
     use super::*;
 
     fn reached_from(near: &[u64], width: usize, sides: u8) -> (Vec<u64>, bool) {
-        let reached = spread(near, width, sides)[..near.len()].to_vec();
+        let mut reached = Vec::new();
+        spread(near, width, sides, &mut reached);
         let is_all = reached == near;
         (reached, is_all)
     }

@@ -1,4 +1,4 @@
-use super::runs::Run;
+use super::runs::{Run, length_of_run};
 
 /// Calls `visit(u, v, label)` for pixels on the rim of a labelled region, next to another label, to no label,
 /// or to the border of the image; on every `stride`-th row and every `stride`-th column. Row by row; `runs`
@@ -22,10 +22,14 @@ pub(super) fn visit_rims(
         if has_ends {
             visit(first, v, run.label);
         }
-        for u in (first.next_multiple_of(stride)..=last).step_by(stride) {
-            let is_end = has_ends && (u == first || u == last);
-            if !is_end && ends_along_column(u) {
-                visit(u, v, run.label);
+        // Inside a region, the rows above and below have the same label all along.
+        let goes_on = |row: usize| length_of_run(&labels[row + first..=row + last], run.label) > last - first;
+        if v == 0 || v + 1 == height || !goes_on(row - width) || !goes_on(row + width) {
+            for u in (first.next_multiple_of(stride)..=last).step_by(stride) {
+                let is_end = has_ends && (u == first || u == last);
+                if !is_end && ends_along_column(u) {
+                    visit(u, v, run.label);
+                }
             }
         }
         if has_ends && last > first {

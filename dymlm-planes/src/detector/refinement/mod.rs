@@ -4,5 +4,6 @@ mod edge_points;
 mod refiner;
 mod reweighting;
 mod runs;
+mod stretch;
 
 pub(super) use refiner::PlaneRefiner;

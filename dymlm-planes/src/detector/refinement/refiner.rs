@@ -128,7 +128,8 @@ impl PlaneRefiner {
             };
             let (v, columns) = (run.v as usize, run.first as usize..run.end as usize);
             let row = &depth.data()[v * depth.width()..(v + 1) * depth.width()];
-            trial.add_run(&row[columns.clone()], &rays.x[columns], rays.y[v], sums);
+            let ray_x = (&rays.x[columns.clone()], &rays.x_single[columns.clone()]);
+            trial.add_run(&row[columns], ray_x, rays.y[v], sums);
         }
     }
 

@@ -1,16 +1,18 @@
 use dymlm_core::SensorModel;
 use dymlm_core::vector3::dot;
+use wide::f32x4;
 
-use crate::moments::{Fit, Moments, RowSums};
+use super::stretch::{LANES, STRETCH, StretchSums, Weighing};
+use crate::moments::{Fit, Moments};
 
 /// A plane, and the weighting of readings near it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trial {
-    normal: [f32; 3],
-    d: f32,
-    sensor: SensorModel,
+    pub(super) normal: [f32; 3],
+    pub(super) d: f32,
+    pub(super) sensor: SensorModel,
     /// Distance at which weights become 0, in units of the sensor's noise.
-    reach: f32,
+    pub(super) reach: f32,
     kernel: Kernel,
 }
 
@@ -58,83 +60,51 @@ impl Trial {
         z > 0.0 && (self.distance(z, a, b) / self.sensor.sigma(z)).abs() <= self.reach
     }
 
-    /// Adds the readings of adjacent pixels of a row; `b` is the row's ray height, `ray_x` are the rays of
-    /// the columns.
-    pub(super) fn add_run(&self, depths: &[f32], ray_x: &[f64], b: f64, sums: &mut WeightedSums) {
-        let mut weights = [0.0; STRETCH];
-        for (depths, ray_x) in depths.chunks(STRETCH).zip(ray_x.chunks(STRETCH)) {
-            let weights = &mut weights[..depths.len()];
-            self.weigh(depths, ray_x, b as f32, weights, sums);
-            sums.moments.add(&sum_row(weights, depths, ray_x, b));
+    /// Adds the readings of adjacent pixels of a row; `b` is the row's ray height, `rays` are the rays of the
+    /// columns in double and single precision.
+    pub(super) fn add_run(&self, depths: &[f32], rays: (&[f64], &[f32]), b: f64, sums: &mut WeightedSums) {
+        match self.kernel {
+            Kernel::Tukey => self.add_stretches(|inside| inside * inside, depths, rays, b, sums),
+            Kernel::Inlier => self.add_stretches(|_| f32x4::ONE, depths, rays, b, sums),
         }
     }
 
-    /// Computes the weight of each reading, and adds to all sums except the moments.
-    fn weigh(&self, depths: &[f32], ray_x: &[f64], b: f32, weights: &mut [f32], sums: &mut WeightedSums) {
-        let per_reach = 1.0 / self.reach;
-        let (mut readings, mut kernel_weight, mut squares) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let mut weigh = |lane: usize, z: f32, a: f64, weight: &mut f32| {
-            let per_noise = 1.0 / self.sensor.sigma(z);
-            let distance = self.distance(z, a as f32, b) * per_noise;
-            let part = distance * per_reach;
-            let inside = 1.0 - part * part;
-            let kernel = match self.kernel {
-                Kernel::Tukey => inside * inside,
-                Kernel::Inlier => 1.0,
-            };
-            let kernel = if inside >= 0.0 && z > 0.0 { kernel } else { 0.0 };
-            let precision = self.sensor.noise.floor * per_noise;
-            readings[lane] += if kernel > 0.0 { 1.0 } else { 0.0 };
-            kernel_weight[lane] += kernel;
-            squares[lane] += kernel * distance * distance;
-            *weight = kernel * precision * precision;
-        };
-        let ((depths, last_depths), (rays, last_rays)) =
-            (depths.as_chunks::<LANES>(), ray_x.as_chunks::<LANES>());
-        let (weights, last_weights) = weights.as_chunks_mut::<LANES>();
-        for ((z, a), weight) in depths.iter().zip(rays).zip(weights) {
-            for k in 0..LANES {
-                weigh(k, z[k], a[k], &mut weight[k]);
+    /// Adds a run in stretches, each with sums of its own; `kernel` gives the weight by 1 - (r / reach)^2.
+    #[inline]
+    fn add_stretches(
+        &self,
+        kernel: impl Fn(f32x4) -> f32x4 + Copy,
+        depths: &[f32],
+        (ray_x, ray_x_single): (&[f64], &[f32]),
+        b: f64,
+        sums: &mut WeightedSums,
+    ) {
+        let weighing = Weighing::new(self, b, kernel);
+        let rays = ray_x.chunks(STRETCH).zip(ray_x_single.chunks(STRETCH));
+        for (depths, (ray_x, ray_x_single)) in depths.chunks(STRETCH).zip(rays) {
+            let mut stretch = StretchSums::default();
+            let ((depths, last_depths), (ray_x, last_ray_x), (single, last_single)) =
+                (depths.as_chunks::<LANES>(), ray_x.as_chunks::<LANES>(), ray_x_single.as_chunks::<LANES>());
+            for ((z, a), single) in depths.iter().zip(ray_x).zip(single) {
+                let weights = weighing.weigh(f32x4::from(*z), f32x4::from(*single), &mut stretch);
+                let [w0, w1, w2, w3] = weights.to_array();
+                stretch.add([w0, w1], [z[0], z[1]], [a[0], a[1]]);
+                stretch.add([w2, w3], [z[2], z[3]], [a[2], a[3]]);
             }
+            let last = last_depths.iter().zip(last_ray_x).zip(last_single);
+            for (k, ((&z, &a), &single)) in last.enumerate() {
+                let weights = weighing.weigh(alone(z), alone(single), &mut stretch);
+                let [weight, ..] = weights.to_array();
+                // The lane of the other reading of the pair stays as it is.
+                let at = |x: f32| if k % 2 == 0 { [x, 0.0] } else { [0.0, x] };
+                stretch.add(at(weight), at(z), [a; 2]);
+            }
+            stretch.add_to(b, sums);
         }
-        for ((&z, &a), weight) in last_depths.iter().zip(last_rays).zip(last_weights) {
-            weigh(0, z, a, weight);
-        }
-        sums.readings += readings.iter().sum::<f32>() as usize;
-        sums.kernel_weight += f64::from(kernel_weight.iter().sum::<f32>());
-        sums.squares += f64::from(squares.iter().sum::<f32>());
     }
 }
 
-/// Readings that are weighted and then summed as one group, so that their weights stay in the cache.
-const STRETCH: usize = 64;
-/// Readings that are weighted at once.
-const LANES: usize = 4;
-
-/// Sums over readings of one row at rays `ray_x`; the row's ray height `b` is multiplied in once.
-fn sum_row(weights: &[f32], depths: &[f32], ray_x: &[f64], b: f64) -> Moments {
-    let [mut w, mut wz, mut waz, mut wzz, mut wazz, mut waazz] = [[0.0; 2]; 6];
-    let mut add = |lane: usize, weight: f32, z: f32, a: f64| {
-        let (weight, z) = (f64::from(weight), f64::from(z));
-        let of_first = weight * z;
-        let of_second = of_first * z;
-        w[lane] += weight;
-        wz[lane] += of_first;
-        waz[lane] += of_first * a;
-        wzz[lane] += of_second;
-        wazz[lane] += of_second * a;
-        waazz[lane] += of_second * a * a;
-    };
-    let ((pairs, last), (depths, last_depth), (rays, last_ray)) =
-        (weights.as_chunks::<2>(), depths.as_chunks::<2>(), ray_x.as_chunks::<2>());
-    for ((weight, z), a) in pairs.iter().zip(depths).zip(rays) {
-        for k in 0..2 {
-            add(k, weight[k], z[k], a[k]);
-        }
-    }
-    for ((&weight, &z), &a) in last.iter().zip(last_depth).zip(last_ray) {
-        add(0, weight, z, a);
-    }
-    let [w, wz, waz, wzz, wazz, waazz] = [w, wz, waz, wzz, wazz, waazz].map(|[a, b]| a + b);
-    Moments::of_row(b, RowSums { weight: w, z: wz, az: waz, zz: wzz, azz: wazz, aazz: waazz })
+/// A reading, or its ray, without neighbours.
+fn alone(x: f32) -> f32x4 {
+    f32x4::from([x, 0.0, 0.0, 0.0])
 }
