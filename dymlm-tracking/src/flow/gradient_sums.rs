@@ -71,3 +71,41 @@ fn neighbours(row: &[f32], count: usize) -> Option<impl Iterator<Item = [f32x4; 
     let [first, second, third] = [row.get(..count)?, row.get(1..=count)?, row.get(2..count + 2)?];
     Some(vectors(first).zip(vectors(second)).zip(vectors(third)).map(|((a, b), c)| [a, b, c]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_and_sums_are_those_of_the_definition() {
+        let (count, rim) = (8, 12);
+        let image: Vec<f32> = (0..5 * rim).map(|i| ((i * i * 37) % 101) as f32 * 0.01).collect();
+        let weights: Vec<f32> = (0..count).map(|x| if x < 7 { 1.0 } else { 0.0 }).collect();
+        let (mut sums, mut expected) = ([f32x4::ZERO; 5], [0.0_f32; 5]);
+        for y in 0..3 {
+            let rows = [0, 1, 2].map(|row| &image[(y + row) * rim..(y + row + 1) * rim]);
+            let (mut gradient_u, mut gradient_v) = (vec![9.0; count], vec![9.0; count]);
+            add_gradients(&mut sums, rows, &weights, [&mut gradient_u, &mut gradient_v]).unwrap();
+            for x in 0..count {
+                let at = |dx: usize, dy: usize| rows[dy][x + dx];
+                let difference = |plus: [f32; 3], minus: [f32; 3]| -> f32 {
+                    [3.0, 10.0, 3.0].iter().zip(plus).zip(minus).map(|((w, p), m)| w / 32.0 * (p - m)).sum()
+                };
+                let u = weights[x] * difference([0, 1, 2].map(|y| at(2, y)), [0, 1, 2].map(|y| at(0, y)));
+                let v = weights[x] * difference([0, 1, 2].map(|x| at(x, 2)), [0, 1, 2].map(|x| at(x, 0)));
+                assert!((gradient_u[x] - u).abs() < 1e-6 && (gradient_v[x] - v).abs() < 1e-6);
+                let value = at(1, 1);
+                for (sum, term) in expected.iter_mut().zip([u * value, v * value, u * u, u * v, v * v]) {
+                    *sum += term;
+                }
+            }
+        }
+        let found = GradientSums::from(sums);
+        for (found, expected) in found.value.iter().chain(&found.matrix).zip(expected) {
+            assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
+        }
+        let short = [0.0; 9];
+        let planes = (&mut [0.0; 8], &mut [0.0; 8]);
+        assert_eq!(add_gradients(&mut sums, [&short; 3], &weights, [planes.0, planes.1]), None);
+    }
+}
