@@ -53,13 +53,14 @@ impl WindowSampler {
         // The columns that the template needs, and those of them that the image has (or its border).
         let [begin, end] = [left.first, right.first + (right.end - right.start) as isize];
         let last = image.width().saturating_sub(1) as isize;
-        let shown = begin.clamp(0, last) as usize..(end - 1).clamp(0, last) as usize + 1;
+        let [first_shown, last_shown] = [begin, end - 1].map(|column| column.clamp(0, last));
+        let shown = first_shown as usize..(last_shown + 1) as usize;
         self.resampled.resize(size[0], f32x4::ZERO);
         for (band, spans) in template.chunks_mut(LANES * size[0]).zip(self.rows.spans.chunks(LANES)) {
             for (blended, &span) in self.blended.iter_mut().zip(spans) {
                 self.rows.blend_rows(image, span, shown.clone(), blended);
             }
-            widen(&self.blended, (shown.start as isize - begin, (end - begin) as usize), &mut self.wide);
+            widen(&self.blended, (first_shown - begin, (end - begin) as usize), &mut self.wide);
             self.columns.blend_columns(&self.wide, &mut self.resampled);
             for (lane, row) in band.chunks_exact_mut(size[0]).enumerate() {
                 for (value, values) in row.iter_mut().zip(&self.resampled) {
