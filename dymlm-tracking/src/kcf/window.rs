@@ -57,8 +57,11 @@ impl WindowSampler {
         let shown = first_shown as usize..(last_shown + 1) as usize;
         self.resampled.resize(size[0], f32x4::ZERO);
         for (band, spans) in template.chunks_mut(LANES * size[0]).zip(self.rows.spans.chunks(LANES)) {
-            for (blended, &span) in self.blended.iter_mut().zip(spans) {
-                self.rows.blend_rows(image, span, shown.clone(), blended);
+            for (lane, blended) in self.blended.iter_mut().enumerate() {
+                // The last band may have fewer rows: its last one is repeated, and not used.
+                if let Some(&span) = spans.get(lane).or(spans.last()) {
+                    self.rows.blend_rows(image, span, shown.clone(), blended);
+                }
             }
             widen(&self.blended, (first_shown - begin, (end - begin) as usize), &mut self.wide);
             self.columns.blend_columns(&self.wide, &mut self.resampled);
@@ -76,7 +79,7 @@ impl WindowSampler {
 fn widen(rows: &[Vec<f32>; LANES], (left, count): (isize, usize), wide: &mut Vec<f32x4>) {
     let [a, b, c, d] = rows;
     let all = a.iter().zip(b).zip(c).zip(d).map(|(((a, b), c), d)| f32x4::new([*a, *b, *c, *d]));
-    let (Some(first), Some(last)) = (all.clone().next(), all.clone().last()) else { return };
+    let (Some(first), Some(last)) = (all.clone().next(), all.clone().next_back()) else { return };
     let before = left.clamp(0, count as isize) as usize;
     let skipped = left.saturating_neg().max(0) as usize;
     wide.clear();
