@@ -181,4 +181,36 @@ mod tests {
             assert!(template.iter().all(|value| (-1e-3..=20.0).contains(value)));
         }
     }
+
+    /// Sizes that are no multiple of four, windows across each border and wholly outside.
+    #[test]
+    fn each_pixel_is_the_sum_over_its_taps() {
+        let image = ramp();
+        let mut sampler = WindowSampler::default();
+        for (center, extent, size) in [
+            ([9.3, 4.1], [5.0, 6.0], [7, 9]),
+            ([-3.0, 2.0], [9.0, 30.0], [7, 5]),
+            ([25.0, 12.0], [12.0, 6.0], [5, 10]),
+            ([-80.0, 4.0], [12.0, 3.0], [6, 6]),
+            ([90.0, 50.0], [30.0, 3.0], [6, 7]),
+            ([9.3, 4.1], [60.0, 22.0], [6, 7]),
+        ] {
+            let mut template = vec![9.0; size[0] * size[1]];
+            sampler.sample(&image, center, extent, size, &mut template);
+            let taps = |taps: &Taps, i: usize| -> Vec<(isize, f32)> {
+                let span = taps.spans[i];
+                (span.first..).zip(taps.weights[span.start..span.end].iter().copied()).collect()
+            };
+            for (i, value) in template.iter().enumerate() {
+                let mut expected = 0.0;
+                for (v, row_weight) in taps(&sampler.rows, i / size[0]) {
+                    for (u, weight) in taps(&sampler.columns, i % size[0]) {
+                        let pixel = image.at(u.clamp(0, 19) as usize, v.clamp(0, 9) as usize);
+                        expected += row_weight * weight * pixel;
+                    }
+                }
+                assert!((value - expected).abs() < 1e-4, "{center:?}, {i}: {value} is not {expected}");
+            }
+        }
+    }
 }
