@@ -267,7 +267,6 @@ mod tests {
     use super::*;
 
     const UNSIGNED: usize = 9;
-    const CHANNELS: usize = 31;
 
     /// The channels one after the other, in Felzenszwalb's order: `channels[c * cells + cell]`.
     fn channels(template: &[f32], cells: [usize; 2]) -> Vec<f32> {
