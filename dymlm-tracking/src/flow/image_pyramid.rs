@@ -91,12 +91,8 @@ fn halve(source: &GrayImage, target: &mut GrayImage, blended: &mut Vec<f32>) {
         let (left, right) = (blended[2], blended[end]);
         blended[..2].fill(left);
         blended[end + 1..].fill(right);
-        // In pairs of an even and an odd pixel, which the compiler can load as vectors.
-        let pairs = blended.as_chunks::<2>().0;
-        let [next, last] = [1, 2].map(|offset| pairs.get(offset..).unwrap_or(&[]));
-        let taps = pairs.iter().zip(next).zip(last);
-        for (value, ((&[a, b], &[c, d]), &[e, _])) in row.iter_mut().zip(taps) {
-            *value = 0.0625 * (a + e) + 0.25 * (b + d) + 0.375 * c;
+        for (value, taps) in row.iter_mut().zip(blended.windows(5).step_by(2)) {
+            *value = 0.0625 * (taps[0] + taps[4]) + 0.25 * (taps[1] + taps[3]) + 0.375 * taps[2];
         }
     }
 }
