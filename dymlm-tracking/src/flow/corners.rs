@@ -49,7 +49,7 @@ pub struct Corner {
 /// use dymlm_core::BoundingBox;
 /// use dymlm_tracking::{CornerConfig, CornerDetector, GrayImage};
 ///
-/// A white quadrant whose corner is at (20, 12).
+/// // A white quadrant whose corner is at (20, 12).
 /// let value = |i: usize| if i % 64 >= 20 && i / 64 >= 12 { 1.0 } else { 0.0 };
 /// let image = GrayImage::new(64, 48, (0..64 * 48).map(value).collect())?;
 /// let mut detector = CornerDetector::new(&CornerConfig::default())?;

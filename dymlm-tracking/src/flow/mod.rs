@@ -2,6 +2,7 @@
 
 mod config;
 mod corners;
+mod gradient_sums;
 mod image_pyramid;
 mod optical_flow;
 mod sampling;

@@ -1,5 +1,8 @@
 //! Values of an image between its pixels and beyond its border.
 
+use wide::f32x4;
+
+use super::shifted_sums::{LANES, vectors};
 use crate::GrayImage;
 
 /// A part of an image, row by row.
@@ -9,48 +12,45 @@ pub(super) struct Region<'a> {
     pub(super) stride: usize,
 }
 
-impl Region<'_> {
-    /// The first `count` values of row `v`; empty when the region has fewer.
-    #[inline]
-    pub(super) fn row(&self, v: usize, count: usize) -> &[f32] {
-        let begin = v * self.stride;
-        self.data.get(begin..begin + count).unwrap_or(&[])
-    }
+/// A window of an image whose pixels lie between those of the image: values at steps of one pixel from a corner,
+/// bilinearly interpolated. The image's border is repeated outside it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Interpolated<'a> {
+    region: Region<'a>,
+    /// Weights of the pixel to the upper left, its right neighbour, and the two below.
+    weights: [f32x4; 4],
 }
 
-/// Most values of an interpolated row: the widest window with its rim and padding.
-const MOST_COLUMNS: usize = 40;
+impl<'a> Interpolated<'a> {
+    /// The window of `size` values from `corner`; `patch` is working memory.
+    pub(super) fn new(
+        image: &'a GrayImage,
+        corner: [f32; 2],
+        size: [usize; 2],
+        patch: &'a mut Vec<f32>,
+    ) -> Self {
+        let floor = corner.map(f32::floor);
+        let [fx, fy] = [corner[0] - floor[0], corner[1] - floor[1]];
+        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+        let region = region(image, floor.map(|c| c as isize), size, patch);
+        Self { region, weights: weights.map(f32x4::splat) }
+    }
 
-/// Samples `size[0]` x `size[1]` values bilinearly at steps of one pixel from `corner`, and passes each row
-/// to `row_done`. The image's border is repeated outside it; `patch` is working memory for that.
-#[inline]
-pub(super) fn interpolate(
-    image: &GrayImage,
-    corner: [f32; 2],
-    [columns, rows]: [usize; 2],
-    patch: &mut Vec<f32>,
-    mut row_done: impl FnMut(usize, &mut [f32]),
-) {
-    let floor = corner.map(f32::floor);
-    let [x, y] = floor.map(|c| c as isize);
-    let [fx, fy] = [corner[0] - floor[0], corner[1] - floor[1]];
-    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-
-    let Region { data, stride } = region(image, [x, y], [columns, rows], patch);
-    let mut buffer = [0.0_f32; MOST_COLUMNS];
-    let Some(row) = buffer.get_mut(..columns) else { return };
-    for v in 0..rows {
-        let begin = v * stride;
-        let (Some(upper), Some(lower)) =
-            (data.get(begin..=begin + columns), data.get(begin + stride..=begin + stride + columns))
-        else {
-            return;
-        };
-        let corners = upper.iter().zip(&upper[1..]).zip(lower.iter().zip(&lower[1..]));
-        for (value, ((a, b), (c, d))) in row.iter_mut().zip(corners) {
-            *value = weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d;
+    /// Fills `row`, whose length is a multiple of [`LANES`], with the first values of row `v`;
+    /// `None` when the window has fewer.
+    #[inline]
+    pub(super) fn read(&self, v: usize, row: &mut [f32]) -> Option<()> {
+        let Region { data, stride } = self.region;
+        // Slices of one length: the loop then has a single condition.
+        let (begin, count) = (v * stride, row.len());
+        let (upper, lower) = (data.get(begin..)?, data.get(begin + stride..)?);
+        let upper = vectors(upper.get(..count)?).zip(vectors(upper.get(1..=count)?));
+        let lower = vectors(lower.get(..count)?).zip(vectors(lower.get(1..=count)?));
+        let [wa, wb, wc, wd] = self.weights;
+        for (values, ((a, b), (c, d))) in row.as_chunks_mut::<LANES>().0.iter_mut().zip(upper.zip(lower)) {
+            *values = (wa * a + wb * b + wc * c + wd * d).to_array();
         }
-        row_done(v, row);
+        Some(())
     }
 }
 
@@ -73,11 +73,20 @@ pub(super) fn region<'a>(
 }
 
 fn copy_clamped(image: &GrayImage, [x, y]: [isize; 2], [columns, rows]: [usize; 2], patch: &mut Vec<f32>) {
-    patch.clear();
-    let last = image.width() as isize - 1;
-    for v in 0..rows {
+    // The columns to the left of the image, those in it, and the image's columns that they show.
+    let limit = |u: isize| u.clamp(0, image.width() as isize) as usize;
+    let left = x.saturating_neg().clamp(0, columns as isize) as usize;
+    let shown = limit(x)..limit(x.saturating_add(columns as isize));
+    patch.resize(columns * rows, 0.0);
+    for (v, target) in patch.chunks_exact_mut(columns.max(1)).enumerate() {
         let row = image.clamped_row(y.saturating_add(v as isize));
-        patch.extend((0..columns).map(|u| row[x.saturating_add(u as isize).clamp(0, last) as usize]));
+        let (Some(&first), Some(&last)) = (row.first(), row.last()) else { return };
+        let (before, rest) = target.split_at_mut(left);
+        before.fill(first);
+        let (inside, after) = rest.split_at_mut(shown.len().min(rest.len()));
+        let row = row.get(shown.clone()).unwrap_or(&[]);
+        inside.iter_mut().zip(row).for_each(|(target, value)| *target = *value);
+        after.fill(last);
     }
 }
 
@@ -122,11 +131,16 @@ mod tests {
     fn windows_across_the_border_repeat_it() {
         let image = waves();
         let mut patch = Vec::new();
-        interpolate(&image, [-3.5, -2.0], [8, 6], &mut patch, |row, values| {
-            for (column, value) in values.iter().enumerate() {
-                let expected = bilinear(&image, [column as f32 - 3.5, row as f32 - 2.0]);
-                assert!((value - expected).abs() < 1e-6);
+        for corner in [[-3.5, -2.0], [59.25, 61.5], [-3.0, 62.75], [-40.5, 20.5], [90.0, -33.0]] {
+            let window = Interpolated::new(&image, corner, [8, 6], &mut patch);
+            for row in 0..6 {
+                let mut values = [0.0; 8];
+                window.read(row, &mut values);
+                for (column, value) in values.iter().enumerate() {
+                    let expected = bilinear(&image, [column as f32 + corner[0], row as f32 + corner[1]]);
+                    assert!((value - expected).abs() < 1e-6, "{corner:?}: {value} is not {expected}");
+                }
             }
-        });
+        }
     }
 }

@@ -26,9 +26,9 @@ impl ShiftedSums {
     pub(super) fn of(planes: [&[f32]; 2], stride: usize, region: Region<'_>) -> Self {
         let mut sums = [f32x4::ZERO; 8];
         let rows = planes[0].chunks_exact(stride).zip(planes[1].chunks_exact(stride));
-        for (v, (first, second)) in rows.enumerate() {
-            let [upper, lower] = [v, v + 1].map(|v| region.row(v, stride + 1));
-            add_row(&mut sums, [first, second], [upper, lower]);
+        for (v, planes) in rows.enumerate() {
+            let begin = v * region.stride;
+            add_row(&mut sums, planes, region.data.get(begin..), region.data.get(begin + region.stride..));
         }
         let [a, b, c, d, e, f, g, h] = sums.map(sum_of);
         Self { sums: [[a, b, c, d], [e, f, g, h]] }
@@ -42,13 +42,23 @@ impl ShiftedSums {
     }
 }
 
-/// Adds the products of a row to the eight sums, which stay in registers.
+/// Adds the products of a row to the eight sums, which stay in registers; `None` when the image's rows are
+/// shorter than the planes'.
 #[inline]
-fn add_row(sums: &mut [f32x4; 8], [first, second]: [&[f32]; 2], [upper, lower]: [&[f32]; 2]) {
-    let [upper_next, lower_next] = [upper, lower].map(|row| row.get(1..).unwrap_or(&[]));
-    let shifts = vectors(upper).zip(vectors(upper_next)).zip(vectors(lower).zip(vectors(lower_next)));
+fn add_row(
+    sums: &mut [f32x4; 8],
+    (first, second): (&[f32], &[f32]),
+    upper: Option<&[f32]>,
+    lower: Option<&[f32]>,
+) -> Option<()> {
+    // Slices of one length: the loop then has a single condition.
+    let count = first.len();
+    let (upper, lower) = (upper?, lower?);
+    let upper = vectors(upper.get(..count)?).zip(vectors(upper.get(1..=count)?));
+    let lower = vectors(lower.get(..count)?).zip(vectors(lower.get(1..=count)?));
+    let planes = vectors(first).zip(vectors(second.get(..count)?));
     let mut own = *sums;
-    for ((a, b), ((u0, u1), (l0, l1))) in vectors(first).zip(vectors(second)).zip(shifts) {
+    for ((a, b), ((u0, u1), (l0, l1))) in planes.zip(upper.zip(lower)) {
         own[0] += a * u0;
         own[1] += a * u1;
         own[2] += a * l0;
@@ -59,6 +69,7 @@ fn add_row(sums: &mut [f32x4; 8], [first, second]: [&[f32]; 2], [upper, lower]: 
         own[7] += b * l1;
     }
     *sums = own;
+    Some(())
 }
 
 /// The values of a row, four at a time: without explicit vectors, the compiler mixes the lanes of

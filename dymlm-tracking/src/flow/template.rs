@@ -1,9 +1,13 @@
 use wide::f32x4;
 
 use super::config::Lighting;
-use super::sampling::{bilinear, interpolate, is_within, nearest, region};
+use super::gradient_sums::{GradientSums, add_gradients};
+use super::sampling::{Interpolated, bilinear, is_within, nearest, region};
 use super::shifted_sums::{LANES, ShiftedSums, sum_of, vectors};
 use crate::GrayImage;
+
+/// Most values of a row with its padding: those of the widest window.
+const MOST_COLUMNS: usize = 32;
 
 /// A window of an image with its gradients, which is searched in another image: one level of Lucas-Kanade.
 ///
@@ -15,7 +19,8 @@ pub(crate) struct Template {
     radius: usize,
     /// Values per row, with padding.
     stride: usize,
-    /// Grey values minus their mean; 0 in the padding.
+    /// Grey values minus their mean; 0 in the padding. They and their sums are computed when first needed:
+    /// only brightness that may change, and the last comparison, need them.
     values: Vec<f32>,
     gradient_u: Vec<f32>,
     gradient_v: Vec<f32>,
@@ -27,23 +32,22 @@ pub(crate) struct Template {
     /// Two brightness slopes over the window, orthonormal and of mean 0; used if `is_level`.
     slopes: [Vec<f32>; 2],
     is_level: bool,
-    sums: TemplateSums,
-    /// The sampled window with a rim of one pixel.
+    gradient_sums: GradientSums,
+    value_sums: Option<ValueSums>,
+    /// The sampled window with a rim of one pixel, and 0 in the padding, in rows of `stride` + [`LANES`].
     sampled: Vec<f32>,
     /// Working memory for parts of the image with a repeated border.
     patch: Vec<f32>,
 }
 
-/// Sums over the window that are the same in all iterations.
+/// Sums with the values of the window that are the same in all iterations.
 #[derive(Debug, Clone, Copy, Default)]
-struct TemplateSums {
+struct ValueSums {
     mean: f32,
     /// Sum of the squared values minus their mean.
     energy: f32,
     gradient: [f32; 2],
     gradient_value: [f32; 2],
-    /// uu, uv, vv.
-    matrix: [f32; 3],
 }
 
 /// Where a template was found.
@@ -69,15 +73,16 @@ impl Template {
     pub(crate) fn take(&mut self, image: &GrayImage, center: [f32; 2], radius: usize) {
         self.resize(radius);
         let side = 2 * radius + 3;
+        let columns = side.next_multiple_of(LANES);
         let corner = center.map(|c| c - (radius + 1) as f32);
-        let mut sampled = std::mem::take(&mut self.sampled);
-        interpolate(image, corner, [side, side], &mut self.patch, |row, values| {
-            sampled[row * side..(row + 1) * side].copy_from_slice(values);
-        });
-        self.sampled = sampled;
+        let window = Interpolated::new(image, corner, [columns, side], &mut self.patch);
+        for (y, row) in self.sampled.chunks_exact_mut(self.stride + LANES).enumerate() {
+            window.read(y, row.get_mut(..columns).unwrap_or(&mut []));
+        }
         self.count_all();
         self.is_level = false;
-        self.prepare();
+        self.value_sums = None;
+        self.measure_gradients();
     }
 
     /// Takes a warped window: its pixel (x, y) from the centre shows `center + a (x, y)` of the image, as the
@@ -100,8 +105,10 @@ impl Template {
         let source =
             |x: f32, y: f32| [center[0] + a[0][0] * x + a[0][1] * y, center[1] + a[1][0] * x + a[1][1] * y];
         let side = 2 * radius + 3;
-        for (i, value) in self.sampled.iter_mut().enumerate() {
-            *value = bilinear(image, source((i % side) as f32 - reach, (i / side) as f32 - reach));
+        for (y, row) in self.sampled.chunks_exact_mut(self.stride + LANES).enumerate() {
+            for (x, value) in row.iter_mut().take(side).enumerate() {
+                *value = bilinear(image, source(x as f32 - reach, y as f32 - reach));
+            }
         }
         self.count_all();
         if let Some(mask) = mask {
@@ -116,7 +123,8 @@ impl Template {
             self.is_masked = true;
         }
         self.is_level = true;
-        self.prepare();
+        self.measure_gradients();
+        self.measure_values();
     }
 
     /// Share of the window's pixels that have weight, 0..=1.
@@ -127,7 +135,7 @@ impl Template {
 
     /// The smaller eigenvalue of the mean gradient matrix.
     pub(crate) fn min_eigenvalue(&self) -> f32 {
-        let [uu, uv, vv] = self.sums.matrix.map(|sum| sum / self.pixels.max(1.0));
+        let [uu, uv, vv] = self.gradient_sums.matrix.map(|sum| sum / self.pixels.max(1.0));
         0.5 * (uu + vv - ((uu - vv) * (uu - vv) + 4.0 * uv * uv).sqrt())
     }
 
@@ -149,7 +157,7 @@ impl Template {
         start: [f32; 2],
         limits: AlignmentLimits,
     ) -> Option<[f32; 2]> {
-        let [uu, uv, vv] = self.sums.matrix;
+        let [uu, uv, vv] = self.gradient_sums.matrix;
         let determinant = uu * vv - uv * uv;
         if determinant <= f32::EPSILON * (uu + vv) * (uu + vv) {
             return None;
@@ -191,7 +199,7 @@ impl Template {
         }
         self.is_masked = true;
         self.sampled.clear();
-        self.sampled.resize((side + 2) * (side + 2), 0.0);
+        self.sampled.resize((side + 2) * (stride + LANES), 0.0);
     }
 
     /// Gives weight to all pixels of the window.
@@ -207,34 +215,54 @@ impl Template {
         self.is_masked = false;
     }
 
-    /// Computes values, gradients (Scharr) and their sums from the sampled window.
-    fn prepare(&mut self) {
-        let side = 2 * self.radius + 1;
-        let rim = side + 2;
-        let inner = |row: usize| row * rim..(row + 1) * rim;
-        for y in 0..side {
-            let [above, here, below] =
-                [y, y + 1, y + 2].map(|row| self.sampled.get(inner(row)).unwrap_or(&[]));
-            let target = y * self.stride..y * self.stride + side;
-            self.values[target.clone()].copy_from_slice(&here[1..=side]);
-            gradient_row(
-                [above, here, below],
-                &mut self.gradient_u[target.clone()],
-                &mut self.gradient_v[target],
-            );
+    /// Computes the gradients (Scharr) of the sampled window, and their sums.
+    fn measure_gradients(&mut self) {
+        let rows = self.sampled.chunks_exact(self.stride + LANES);
+        let rows = rows.clone().zip(rows.clone().skip(1)).zip(rows.skip(2));
+        let targets = self.gradient_u.chunks_exact_mut(self.stride);
+        let targets = targets.zip(self.gradient_v.chunks_exact_mut(self.stride));
+        let weights = self.weights.chunks_exact(self.stride);
+        let mut sums = [f32x4::ZERO; 5];
+        for ((((above, here), below), weights), (target_u, target_v)) in rows.zip(weights).zip(targets) {
+            add_gradients(&mut sums, [above, here, below], weights, [target_u, target_v]);
         }
-        if self.is_masked {
-            for plane in [&mut self.values, &mut self.gradient_u, &mut self.gradient_v] {
-                plane.iter_mut().zip(&self.weights).for_each(|(value, weight)| *value *= weight);
+        self.gradient_sums = sums.into();
+    }
+
+    /// The sums with the values, which are computed when they are asked for first.
+    #[inline]
+    fn value_sums(&mut self) -> ValueSums {
+        match self.value_sums {
+            Some(sums) => sums,
+            None => self.measure_values(),
+        }
+    }
+
+    fn measure_values(&mut self) -> ValueSums {
+        let rim = self.stride + LANES;
+        let mut total = f32x4::ZERO;
+        let targets = self.values.chunks_exact_mut(self.stride).zip(self.weights.chunks_exact(self.stride));
+        for ((values, weights), row) in targets.zip(self.sampled.chunks_exact(rim).skip(1)) {
+            let sampled = vectors(row.get(1..).unwrap_or(&[])).zip(vectors(weights));
+            for (value, (seen, weight)) in values.as_chunks_mut::<LANES>().0.iter_mut().zip(sampled) {
+                let seen = seen * weight;
+                total += seen;
+                *value = seen.to_array();
             }
         }
-        let mean = sum_of(vectors(&self.values).sum()) / self.pixels.max(1.0);
+        let mean = sum_of(total) / self.pixels.max(1.0);
         subtract(&mut self.values, &self.weights, mean);
         if self.is_level {
             self.find_slopes();
             self.take_out_slopes();
         }
-        self.sums = TemplateSums::of(mean, &self.values, [&self.gradient_u, &self.gradient_v]);
+        let sums = ValueSums::of(mean, &self.values, [&self.gradient_u, &self.gradient_v]);
+        if self.is_level {
+            self.gradient_sums = GradientSums::of([&self.gradient_u, &self.gradient_v], |axis| {
+                sums.gradient_value[axis] + mean * sums.gradient[axis]
+            });
+        }
+        *self.value_sums.insert(sums)
     }
 
     /// x and y over the pixels with weight, orthonormal to each other and orthogonal to 1.
@@ -287,21 +315,20 @@ impl Template {
             _ => sums.insert(self.sum_image(image, place, lighting)),
         };
         let fraction = [corner[0] - floor[0], corner[1] - floor[1]];
-        let gradient_product = seen.gradients.at(fraction);
-        let s = &self.sums;
-        let (gain, mean) = match &seen.values {
-            None => (1.0, s.mean),
-            Some(values) => {
-                let [product, total] = values.at(fraction);
-                (product / s.energy, total / self.pixels)
-            }
+        let seen_product = seen.gradients.at(fraction);
+        let Some(values) = seen.values.map(|values| values.at(fraction)) else {
+            let own_product = self.gradient_sums.value;
+            return Some([seen_product[0] - own_product[0], seen_product[1] - own_product[1]]);
         };
+        let [product, total] = values;
+        let s = self.value_sums();
+        let (gain, mean) = (product / s.energy, total / self.pixels);
         // A negative of the template is not a match.
         if gain < 0.1 {
             return None;
         }
         let difference = |axis: usize| {
-            (gradient_product[axis] - gain * s.gradient_value[axis] - mean * s.gradient[axis]) / gain
+            (seen_product[axis] - gain * s.gradient_value[axis] - mean * s.gradient[axis]) / gain
         };
         Some([difference(0), difference(1)])
     }
@@ -309,6 +336,9 @@ impl Template {
     /// Sums of the template with the image's window whose upper left corner is the pixel `place`.
     fn sum_image(&mut self, image: &GrayImage, place: [isize; 2], lighting: Lighting) -> ImageSums {
         let stride = self.stride;
+        if lighting == Lighting::Affine {
+            self.value_sums();
+        }
         let region = region(image, place, [stride, 2 * self.radius + 1], &mut self.patch);
         let gradients = ShiftedSums::of([&self.gradient_u, &self.gradient_v], stride, region);
         // With constant brightness, only the gradients' sums are needed.
@@ -320,8 +350,8 @@ impl Template {
     }
 
     fn judge(&mut self, image: &GrayImage, point: [f32; 2], lighting: Lighting) -> Alignment {
+        let s = self.value_sums();
         let seen = self.compare(image, point);
-        let s = &self.sums;
         let pixels = self.pixels;
         let seen_mean = seen.total / pixels;
         let seen_energy = (seen.squares - seen.total * seen_mean - seen.sloped).max(0.0);
@@ -344,11 +374,15 @@ impl Template {
         let [mut totals, mut squares, mut products] = [f32x4::ZERO; 3];
         let mut slopes = [f32x4::ZERO; 2];
         let (values, weights, [along, down]) = (&self.values, &self.weights, &self.slopes);
-        let is_level = self.is_level;
-        interpolate(image, corner, [stride, 2 * self.radius + 1], &mut self.patch, |row, seen| {
+        let rows = 2 * self.radius + 1;
+        let window = Interpolated::new(image, corner, [stride, rows], &mut self.patch);
+        let mut buffer = [0.0_f32; MOST_COLUMNS];
+        let seen = buffer.get_mut(..stride).unwrap_or(&mut []);
+        for row in 0..rows {
+            window.read(row, seen);
             let [values, weights, along, down] = [values, weights, along, down]
                 .map(|plane| plane.get(row * stride..(row + 1) * stride).unwrap_or(&[]));
-            if is_level {
+            if self.is_level {
                 for ((seen, along), down) in vectors(seen).zip(vectors(along)).zip(vectors(down)) {
                     slopes[0] += seen * along;
                     slopes[1] += seen * down;
@@ -360,7 +394,7 @@ impl Template {
                 squares += seen * seen;
                 products += seen * value;
             }
-        });
+        }
         let [total, squares, product] = [totals, squares, products].map(sum_of);
         let sloped = slopes.map(|slope| sum_of(slope).powi(2)).iter().sum();
         WindowSums { total, squares, product, sloped }
@@ -385,22 +419,19 @@ fn normalize(a: &mut [f32]) {
     }
 }
 
-impl TemplateSums {
+impl ValueSums {
     /// The sums of planes that are 0 in their padding; the mean of `values` is already subtracted.
     fn of(mean: f32, values: &[f32], [gradient_u, gradient_v]: [&[f32]; 2]) -> Self {
-        let mut sums = [f32x4::ZERO; 8];
+        let mut sums = [f32x4::ZERO; 5];
         for ((value, gu), gv) in vectors(values).zip(vectors(gradient_u)).zip(vectors(gradient_v)) {
             sums[0] += value * value;
             sums[1] += gu;
             sums[2] += gv;
             sums[3] += gu * value;
             sums[4] += gv * value;
-            sums[5] += gu * gu;
-            sums[6] += gu * gv;
-            sums[7] += gv * gv;
         }
-        let [energy, u, v, u_value, v_value, uu, uv, vv] = sums.map(sum_of);
-        Self { mean, energy, gradient: [u, v], gradient_value: [u_value, v_value], matrix: [uu, uv, vv] }
+        let [energy, u, v, u_value, v_value] = sums.map(sum_of);
+        Self { mean, energy, gradient: [u, v], gradient_value: [u_value, v_value] }
     }
 }
 
@@ -424,20 +455,6 @@ struct WindowSums {
     product: f32,
     /// The part of the squares that brightness slopes explain.
     sloped: f32,
-}
-
-/// Scharr's gradients of the row between two others; all three rows have one more pixel at each end.
-fn gradient_row(rows: [&[f32]; 3], gradient_u: &mut [f32], gradient_v: &mut [f32]) {
-    let side = gradient_u.len();
-    let [above, here, below] =
-        rows.map(|row| [0, 1, 2].map(|from| row.get(from..from + side).unwrap_or(&[])));
-    let columns = above[0].iter().zip(above[1]).zip(above[2]).zip(here[0].iter().zip(here[2]));
-    let columns = columns.zip(below[0].iter().zip(below[1]).zip(below[2]));
-    let targets = gradient_u.iter_mut().zip(gradient_v);
-    for ((gu, gv), ((((a0, a1), a2), (h0, h2)), ((b0, b1), b2))) in targets.zip(columns) {
-        *gu = (3.0 / 32.0) * (a2 - a0 + b2 - b0) + (10.0 / 32.0) * (h2 - h0);
-        *gv = (3.0 / 32.0) * (b0 - a0 + b2 - a2) + (10.0 / 32.0) * (b1 - a1);
-    }
 }
 
 #[cfg(test)]

@@ -1,60 +1,60 @@
 use rustfft::num_complex::Complex;
+use wide::f32x4;
 
-use super::fhog::{CHANNELS, Fhog};
+use super::fhog::{CELL, Fhog, VECTORS};
+use super::lanes::{LANES, Lanes};
 
 /// Number of channels: Felzenszwalb's histograms of oriented gradients, and the mean intensity.
-pub(super) const COUNT: usize = CHANNELS + 1;
+pub(super) const COUNT: usize = VECTORS * LANES;
 /// Number of packed planes.
-pub(super) const PLANES: usize = COUNT.div_ceil(2);
+pub(super) const PLANES: usize = VECTORS / 2;
 
-/// Turns templates into channels under a cosine window. Two channels are packed as real and imaginary part of
-/// one plane, which halves the number of transforms and leaves the sums of products over all channels the
-/// same (see `correlation`).
+/// Turns templates into channels under a cosine window. Four channels lie in the lanes of a plane's real part and
+/// four in those of its imaginary part, which divides the number of transforms by eight and leaves the sums of
+/// products over all channels the same (see `correlation`).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     cells: [usize; 2],
-    cell: usize,
     fhog: Fhog,
     /// Cosine window: one weight per cell.
     taper: Vec<f32>,
-    values: Vec<f32>,
+    intensity: Vec<f32>,
 }
 
 impl Channels {
-    pub(super) fn new(cells: [usize; 2], cell: usize) -> Self {
+    pub(super) fn new(cells: [usize; 2]) -> Self {
         let [across, down] = cells.map(hann);
         let taper = down.iter().flat_map(|y| across.iter().map(move |x| x * y)).collect();
-        let values = vec![0.0; COUNT * cells[0] * cells[1]];
-        Self { cells, cell, fhog: Fhog::new(cells, cell), taper, values }
+        Self { cells, fhog: Fhog::new(cells), taper, intensity: vec![0.0; cells[0] * cells[1]] }
     }
 
     /// Computes the channels of a template, tapered and packed.
-    pub(super) fn compute(&mut self, template: &[f32], packed: &mut [Complex<f32>]) {
+    pub(super) fn compute(&mut self, template: &[f32], packed: &mut [Complex<Lanes>]) {
+        mean_intensity(template, self.cells, &mut self.intensity);
         let count = self.taper.len();
-        let (gradients, intensity) = self.values.split_at_mut(CHANNELS * count);
-        self.fhog.compute(template, gradients);
-        mean_intensity(template, self.cells, self.cell, intensity);
-        for (plane, pair) in packed.chunks_exact_mut(count).zip(self.values.chunks(2 * count)) {
-            let (real, imaginary) = pair.split_at(count);
-            for ((target, &value), &weight) in plane.iter_mut().zip(real).zip(&self.taper) {
-                *target = Complex::new(weight * value, 0.0);
+        let mut cells = self.taper.iter().zip(&self.intensity).enumerate();
+        self.fhog.compute(template, |mut channels| {
+            let Some((cell, (&taper, &intensity))) = cells.next() else { return };
+            // The last place of the last vector but one is free.
+            channels[VECTORS - 2] += f32x4::new([0.0, 0.0, 0.0, intensity]);
+            for (plane, [real, imaginary]) in channels.as_chunks().0.iter().enumerate() {
+                if let Some(target) = packed.get_mut(plane * count + cell) {
+                    *target = Complex::new(Lanes(*real * taper), Lanes(*imaginary * taper));
+                }
             }
-            for ((target, &value), &weight) in plane.iter_mut().zip(imaginary).zip(&self.taper) {
-                target.im = weight * value;
-            }
-        }
+        });
     }
 }
 
 /// Mean of each cell minus the mean of the template.
-fn mean_intensity(template: &[f32], cells: [usize; 2], cell: usize, values: &mut [f32]) {
-    let width = cells[0] * cell;
-    let weight = 1.0 / (cell * cell) as f32;
+fn mean_intensity(template: &[f32], cells: [usize; 2], values: &mut [f32]) {
+    let width = cells[0] * CELL;
+    let weight = 1.0 / (CELL * CELL) as f32;
     values.fill(0.0);
-    let bands = template.chunks_exact(width * cell).zip(values.chunks_exact_mut(cells[0]));
+    let bands = template.chunks_exact(width * CELL).zip(values.chunks_exact_mut(cells[0]));
     for (band, sums) in bands {
         for row in band.chunks_exact(width) {
-            for (pixels, sum) in row.chunks_exact(cell).zip(sums.iter_mut()) {
+            for (pixels, sum) in row.as_chunks::<CELL>().0.iter().zip(sums.iter_mut()) {
                 *sum += weight * pixels.iter().sum::<f32>();
             }
         }
@@ -76,18 +76,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn channels_are_packed_in_pairs_under_the_window() {
+    fn channels_and_intensity_are_packed_under_the_window() {
         let template: Vec<f32> = (0..256).map(|i| (i * 31 % 17) as f32 / 17.0).collect();
-        let mut channels = Channels::new([4, 4], 4);
-        let mut packed = vec![Complex::default(); PLANES * 16];
+        let mut channels = Channels::new([4, 4]);
+        let mut packed = vec![Complex::new(Lanes::splat(9.0), Lanes::splat(9.0)); PLANES * 16];
         channels.compute(&template, &mut packed);
-        for c in 0..2 * PLANES {
-            for cell in 0..16 {
-                let plane = packed[c / 2 * 16 + cell];
-                let value = if c % 2 == 0 { plane.re } else { plane.im };
-                let expected =
-                    channels.values.get(c * 16 + cell).map_or(0.0, |value| value * channels.taper[cell]);
-                assert_eq!(value, expected);
+        let mut expected = Vec::new();
+        Fhog::new([4, 4]).compute(&template, |vectors| expected.push(vectors));
+        let overall = template.iter().sum::<f32>() / 256.0;
+        for (cell, vectors) in expected.iter().enumerate() {
+            let pixels = (0..16).map(|i| template[(cell / 4 * 4 + i / 4) * 16 + cell % 4 * 4 + i % 4]);
+            let intensity = pixels.sum::<f32>() / 16.0 - overall;
+            for (c, &value) in vectors.iter().flat_map(f32x4::as_array).enumerate() {
+                let plane = packed[c / 8 * 16 + cell];
+                let found = if c / 4 % 2 == 0 { plane.re } else { plane.im };
+                let value = if c == 27 { intensity } else { value };
+                assert!((found.0.to_array()[c % 4] - value * channels.taper[cell]).abs() < 1e-6);
             }
         }
     }

@@ -1,5 +1,7 @@
 use dymlm_core::{ConfigError, check_range};
 
+use super::fhog::CELL;
+
 /// Settings of [`KcfTracker`](crate::KcfTracker).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -43,4 +45,4 @@ pub(super) struct Published {
 }
 
 pub(super) const PUBLISHED: Published =
-    Published { cell: 4, kernel_sigma: 0.6, learning_rate: 0.012, output_sigma: 0.125 };
+    Published { cell: CELL, kernel_sigma: 0.6, learning_rate: 0.012, output_sigma: 0.125 };

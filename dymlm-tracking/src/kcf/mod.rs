@@ -6,6 +6,7 @@ mod config;
 mod correlation;
 mod fhog;
 mod fourier;
+mod lanes;
 mod peak;
 mod tracker;
 mod window;

@@ -1,11 +1,14 @@
 use dymlm_core::BoundingBox;
+use rustfft::FftNum;
 use rustfft::num_complex::Complex;
+use rustfft::num_traits::Zero;
 
 use super::alignment::Alignment;
 use super::channels::{COUNT, Channels, PLANES};
 use super::config::{KcfConfig, PUBLISHED};
 use super::correlation::KernelCorrelation;
 use super::fourier::{Fourier, fast_length};
+use super::lanes::Lanes;
 use super::peak::Peak;
 use super::window::WindowSampler;
 use crate::{Error, GrayImage};
@@ -70,13 +73,15 @@ pub struct KcfTracker {
     /// Number of cells of the template, across and down.
     cells: [usize; 2],
     peak_radius: usize,
-    fourier: Fourier,
+    /// Transforms of single planes, and of the channels' packed planes.
+    fourier: Fourier<f32>,
+    packed_fourier: Fourier<Lanes>,
     channels: Channels,
     correlation: KernelCorrelation,
     /// Spectrum of the wanted response.
     wanted: Vec<Complex<f32>>,
     /// The model: packed spectra of the target's channels, and of the dual coefficients.
-    appearance: Vec<Complex<f32>>,
+    appearance: Vec<Complex<Lanes>>,
     coefficients: Vec<Complex<f32>>,
     /// The learned view at full resolution, for the last fraction of a cell.
     alignment: Alignment,
@@ -88,7 +93,7 @@ pub struct KcfTracker {
 struct Scratch {
     sampler: WindowSampler,
     template: Vec<f32>,
-    view: Vec<Complex<f32>>,
+    view: Vec<Complex<Lanes>>,
     response: Vec<Complex<f32>>,
 }
 
@@ -126,11 +131,10 @@ impl KcfTracker {
         let cell = PUBLISHED.cell;
         let count = cells[0] * cells[1];
         let mut fourier = Fourier::new(cells);
-        let channels = Channels::new(cells, cell);
+        let channels = Channels::new(cells);
         let spectra = PLANES * count;
         // The target takes 1 / padding of the template's width and height.
         let sigma = (count as f32).sqrt() / config.padding * PUBLISHED.output_sigma;
-        let zeros = |length: usize| vec![Complex::default(); length];
         let mut tracker = Self {
             config: config.clone(),
             center: target.center(),
@@ -142,15 +146,16 @@ impl KcfTracker {
             correlation: KernelCorrelation::new(count, COUNT, PUBLISHED.kernel_sigma),
             wanted: wanted_response(cells, sigma, &mut fourier),
             fourier,
+            packed_fourier: Fourier::new(cells),
             channels,
-            appearance: zeros(spectra),
-            coefficients: zeros(count),
+            appearance: vec![Complex::zero(); spectra],
+            coefficients: vec![Complex::zero(); count],
             alignment: Alignment::new(size),
             scratch: Scratch {
                 sampler: WindowSampler::default(),
                 template: vec![0.0; count * cell * cell],
-                view: zeros(spectra),
-                response: zeros(count),
+                view: vec![Complex::zero(); spectra],
+                response: vec![Complex::zero(); count],
             },
         };
         tracker.learn_at_rate(image, 1.0);
@@ -290,8 +295,8 @@ impl KcfTracker {
         for (value, wanted) in kernel.iter_mut().zip(&self.wanted) {
             *value = wanted / (*value + REGULARIZATION);
         }
-        blend(&mut self.coefficients, kernel, rate);
-        blend(&mut self.appearance, view, rate);
+        blend(&mut self.coefficients, kernel, rate, 1.0 - rate);
+        blend(&mut self.appearance, view, Lanes::splat(rate), Lanes::splat(1.0 - rate));
         let (center, size) = (self.pixel_center(), self.size.map(|side| side * self.scale));
         self.alignment.learn(image, center, size, rate);
     }
@@ -304,7 +309,7 @@ impl KcfTracker {
         let Scratch { sampler, template, view, .. } = &mut self.scratch;
         sampler.sample(image, center, extent, size, template);
         self.channels.compute(template, view);
-        self.fourier.forward(view);
+        self.packed_fourier.forward(view);
     }
 
     fn window_extent(&self, scale: f32) -> [f32; 2] {
@@ -342,7 +347,7 @@ fn template_cells(size: [f32; 2], config: &KcfConfig) -> [usize; 2] {
 }
 
 /// Spectrum of a Gaussian of `sigma` cells around no shift.
-fn wanted_response(cells: [usize; 2], sigma: f32, fourier: &mut Fourier) -> Vec<Complex<f32>> {
+fn wanted_response(cells: [usize; 2], sigma: f32, fourier: &mut Fourier<f32>) -> Vec<Complex<f32>> {
     let cyclic = |i: usize, count: usize| i.min(count - i) as f32;
     let mut response: Vec<Complex<f32>> = (0..cells[0] * cells[1])
         .map(|i| {
@@ -354,8 +359,8 @@ fn wanted_response(cells: [usize; 2], sigma: f32, fourier: &mut Fourier) -> Vec<
     response
 }
 
-fn blend(model: &mut [Complex<f32>], new: &[Complex<f32>], rate: f32) {
+fn blend<T: FftNum>(model: &mut [Complex<T>], new: &[Complex<T>], new_share: T, old_share: T) {
     for (value, new) in model.iter_mut().zip(new) {
-        *value = *value * (1.0 - rate) + new * rate;
+        *value = *value * old_share + new * new_share;
     }
 }

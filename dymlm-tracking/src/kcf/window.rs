@@ -1,14 +1,24 @@
+use std::ops::Range;
+
+use wide::f32x4;
+
+use super::lanes::LANES;
 use crate::GrayImage;
 
 /// Resamples a window of an image to a template. A triangle filter as wide as a template pixel prevents
 /// aliasing of fine texture. Outside the image its border is repeated.
 ///
-/// Rows are blended first, over whole ranges of columns: O(rows of the window x its columns + template).
+/// Rows are blended first, over whole ranges of columns; then the columns of four rows at once. O(rows of the
+/// template x (columns of the window + columns of the template)).
 #[derive(Debug, Clone, Default)]
 pub(super) struct WindowSampler {
     columns: Taps,
     rows: Taps,
-    blended: Vec<f32>,
+    /// Four rows of the template in the image's columns: as far as the image reaches, then side by side in
+    /// lanes with the border repeated, then in the template's columns.
+    blended: [Vec<f32>; LANES],
+    wide: Vec<f32x4>,
+    resampled: Vec<f32x4>,
 }
 
 /// For each template pixel, the source pixels that it blends: `weights[start..end]` apply from `first` on.
@@ -40,25 +50,42 @@ impl WindowSampler {
         let (Some(&left), Some(&right)) = (self.columns.spans.first(), self.columns.spans.last()) else {
             return;
         };
-        // The range of image columns that the template needs.
+        // The columns that the template needs, and those of them that the image has (or its border).
+        let [begin, end] = [left.first, right.first + (right.end - right.start) as isize];
         let last = image.width().saturating_sub(1) as isize;
-        let begin = left.first.clamp(0, last);
-        let end = (right.first + (right.end - right.start) as isize - 1).clamp(0, last) + 1;
-        let columns = begin as usize..end as usize;
-
-        for (row, span) in template.chunks_exact_mut(size[0]).zip(&self.rows.spans) {
-            let weights = self.rows.weights.get(span.start..span.end).unwrap_or(&[]);
-            self.blended.clear();
-            self.blended.resize(columns.len(), 0.0);
-            for (v, &weight) in (span.first..).zip(weights) {
-                let source = image.clamped_row(v).get(columns.clone()).unwrap_or(&[]);
-                for (sum, &value) in self.blended.iter_mut().zip(source) {
-                    *sum += weight * value;
+        let [first_shown, last_shown] = [begin, end - 1].map(|column| column.clamp(0, last));
+        let shown = first_shown as usize..(last_shown + 1) as usize;
+        self.resampled.resize(size[0], f32x4::ZERO);
+        for (band, spans) in template.chunks_mut(LANES * size[0]).zip(self.rows.spans.chunks(LANES)) {
+            for (lane, blended) in self.blended.iter_mut().enumerate() {
+                // The last band may have fewer rows: its last one is repeated, and not used.
+                if let Some(&span) = spans.get(lane).or(spans.last()) {
+                    self.rows.blend_rows(image, span, shown.clone(), blended);
                 }
             }
-            self.columns.blend(&self.blended, begin, row);
+            widen(&self.blended, (first_shown - begin, (end - begin) as usize), &mut self.wide);
+            self.columns.blend_columns(&self.wide, &mut self.resampled);
+            for (lane, row) in band.chunks_exact_mut(size[0]).enumerate() {
+                for (value, values) in row.iter_mut().zip(&self.resampled) {
+                    *value = values.to_array()[lane];
+                }
+            }
         }
     }
+}
+
+/// Puts rows side by side in lanes and repeats their ends: `count` values, of which `left` lie before the rows (or
+/// the rows begin before them, when `left` is negative).
+fn widen(rows: &[Vec<f32>; LANES], (left, count): (isize, usize), wide: &mut Vec<f32x4>) {
+    let [a, b, c, d] = rows;
+    let all = a.iter().zip(b).zip(c).zip(d).map(|(((a, b), c), d)| f32x4::new([*a, *b, *c, *d]));
+    let (Some(first), Some(last)) = (all.clone().next(), all.clone().next_back()) else { return };
+    let before = left.clamp(0, count as isize) as usize;
+    let skipped = left.saturating_neg().max(0) as usize;
+    wide.clear();
+    wide.resize(before, first);
+    wide.extend(all.skip(skipped).take(count - before));
+    wide.resize(count, last);
 }
 
 impl Taps {
@@ -82,22 +109,31 @@ impl Taps {
         }
     }
 
-    /// Blends the columns of one row, whose first value is column `begin` of the image.
-    fn blend(&self, values: &[f32], begin: isize, row: &mut [f32]) {
-        let Some(last) = values.len().checked_sub(1) else { return };
-        for (value, span) in row.iter_mut().zip(&self.spans) {
+    /// Blends the image's rows of one span, in the given columns.
+    fn blend_rows(&self, image: &GrayImage, span: Span, columns: Range<usize>, blended: &mut Vec<f32>) {
+        blended.clear();
+        blended.resize(columns.len(), 0.0);
+        let weights = self.weights.get(span.start..span.end).unwrap_or(&[]);
+        for (v, &weight) in (span.first..).zip(weights) {
+            let source = image.clamped_row(v).get(columns.clone()).unwrap_or(&[]);
+            for (sum, &value) in blended.iter_mut().zip(source) {
+                *sum += weight * value;
+            }
+        }
+    }
+
+    /// Blends columns, of which the first value is that of the first span.
+    fn blend_columns(&self, values: &[f32x4], targets: &mut [f32x4]) {
+        let Some(begin) = self.spans.first().map(|span| span.first) else { return };
+        for (target, span) in targets.iter_mut().zip(&self.spans) {
+            let first = (span.first - begin) as usize;
             let weights = self.weights.get(span.start..span.end).unwrap_or(&[]);
-            let first = span.first - begin;
-            let inside =
-                usize::try_from(first).ok().and_then(|first| values.get(first..first + weights.len()));
-            *value = if let (Some([a, b]), [left, right]) = (inside, weights) {
+            let values = values.get(first..first + weights.len()).unwrap_or(&[]);
+            *target = if let ([a, b], [left, right]) = (values, weights) {
                 // The common case: most templates are no coarser than the image.
-                left * a + right * b
-            } else if let Some(inside) = inside {
-                weights.iter().zip(inside).map(|(weight, value)| weight * value).sum()
+                f32x4::splat(*left) * a + f32x4::splat(*right) * b
             } else {
-                let clamped = |k: usize| values[(first + k as isize).clamp(0, last as isize) as usize];
-                weights.iter().enumerate().map(|(k, weight)| weight * clamped(k)).sum()
+                weights.iter().zip(values).map(|(weight, value)| f32x4::splat(*weight) * value).sum()
             };
         }
     }
@@ -143,6 +179,38 @@ mod tests {
         for center in [[-500.0, -1e9], [1e9, 700.0], [0.0, 0.0]] {
             WindowSampler::default().sample(&ramp(), center, [40.0, 1e6], [4, 4], &mut template);
             assert!(template.iter().all(|value| (-1e-3..=20.0).contains(value)));
+        }
+    }
+
+    /// Sizes that are no multiple of four, windows across each border and wholly outside.
+    #[test]
+    fn each_pixel_is_the_sum_over_its_taps() {
+        let image = ramp();
+        let mut sampler = WindowSampler::default();
+        for (center, extent, size) in [
+            ([9.3, 4.1], [5.0, 6.0], [7, 9]),
+            ([-3.0, 2.0], [9.0, 30.0], [7, 5]),
+            ([25.0, 12.0], [12.0, 6.0], [5, 10]),
+            ([-80.0, 4.0], [12.0, 3.0], [6, 6]),
+            ([90.0, 50.0], [30.0, 3.0], [6, 7]),
+            ([9.3, 4.1], [60.0, 22.0], [6, 7]),
+        ] {
+            let mut template = vec![9.0; size[0] * size[1]];
+            sampler.sample(&image, center, extent, size, &mut template);
+            let taps = |taps: &Taps, i: usize| -> Vec<(isize, f32)> {
+                let span = taps.spans[i];
+                (span.first..).zip(taps.weights[span.start..span.end].iter().copied()).collect()
+            };
+            for (i, value) in template.iter().enumerate() {
+                let mut expected = 0.0;
+                for (v, row_weight) in taps(&sampler.rows, i / size[0]) {
+                    for (u, weight) in taps(&sampler.columns, i % size[0]) {
+                        let pixel = image.at(u.clamp(0, 19) as usize, v.clamp(0, 9) as usize);
+                        expected += row_weight * weight * pixel;
+                    }
+                }
+                assert!((value - expected).abs() < 1e-4, "{center:?}, {i}: {value} is not {expected}");
+            }
         }
     }
 }
