@@ -232,13 +232,16 @@ impl Clustering {
         let own = self.moments[cluster as usize];
         let moments = |cluster: u32| &self.moments[cluster as usize];
         let mut ranked = std::mem::take(&mut self.candidates).into_vec();
-        ranked.clear();
-        let (pairs, last) = self.listed.as_chunks::<2>();
-        for &[a, b] in pairs {
+        ranked.resize(self.listed.len(), Reverse(Ranked(0)));
+        let ((pairs, last), (ranked_pairs, ranked_last)) =
+            (self.listed.as_chunks::<2>(), ranked.as_chunks_mut::<2>());
+        for (ranked, &[a, b]) in ranked_pairs.iter_mut().zip(pairs) {
             let [mse_a, mse_b] = own.mse_with_each([moments(a), moments(b)]);
-            ranked.extend([Ranked::new(mse_a, a), Ranked::new(mse_b, b)].map(Reverse));
+            *ranked = [Ranked::new(mse_a, a), Ranked::new(mse_b, b)].map(Reverse);
         }
-        ranked.extend(last.iter().map(|&other| Reverse(Ranked::new(own.mse_with(moments(other)), other))));
+        for (ranked, &other) in ranked_last.iter_mut().zip(last) {
+            *ranked = Reverse(Ranked::new(own.mse_with(moments(other)), other));
+        }
         self.candidates = BinaryHeap::from(ranked);
     }
 
