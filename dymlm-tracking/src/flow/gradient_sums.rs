@@ -34,8 +34,8 @@ impl From<[f32x4; 5]> for GradientSums {
 }
 
 /// Computes Scharr's gradients of the row between two others, times `weights`, and adds this row to the sums
-/// u value, v value, uu, uv, vv. The three rows begin one pixel before the gradients and have two pixels more;
-/// `None` when one is shorter.
+/// u value, v value, uu, uv, vv. The three rows begin one pixel before the gradients and have two pixels
+/// more; `None` when one is shorter.
 #[inline]
 pub(super) fn add_gradients(
     sums: &mut [f32x4; 5],

@@ -12,8 +12,8 @@ pub(super) struct Region<'a> {
     pub(super) stride: usize,
 }
 
-/// A window of an image whose pixels lie between those of the image: values at steps of one pixel from a corner,
-/// bilinearly interpolated. The image's border is repeated outside it.
+/// A window of an image whose pixels lie between those of the image: values at steps of one pixel from a
+/// corner, bilinearly interpolated. The image's border is repeated outside it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Interpolated<'a> {
     region: Region<'a>,

@@ -9,9 +9,9 @@ pub(super) const COUNT: usize = VECTORS * LANES;
 /// Number of packed planes.
 pub(super) const PLANES: usize = VECTORS / 2;
 
-/// Turns templates into channels under a cosine window. Four channels lie in the lanes of a plane's real part and
-/// four in those of its imaginary part, which divides the number of transforms by eight and leaves the sums of
-/// products over all channels the same (see `correlation`).
+/// Turns templates into channels under a cosine window. Four channels lie in the lanes of a plane's real part
+/// and four in those of its imaginary part, which divides the number of transforms by eight and leaves the
+/// sums of products over all channels the same (see `correlation`).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     cells: [usize; 2],

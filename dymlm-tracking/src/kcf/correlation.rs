@@ -6,10 +6,10 @@ use super::lanes::Lanes;
 
 /// Gaussian kernel correlation of packed spectra (Henriques 2015, eq. 31).
 ///
-/// Channels are packed in pairs, z = a + i b, four pairs in the lanes of a plane, and the transform is linear. Therefore the real part of the
-/// inverse transform of conj(X) Z, summed over planes, is the sum of the channels' circular correlations:
-/// products of a with b are purely imaginary. Nothing needs to be unpacked. O(planes x values) and two
-/// transforms.
+/// Channels are packed in pairs, z = a + i b, four pairs in the lanes of a plane, and the transform is
+/// linear. Therefore the real part of the inverse transform of conj(X) Z, summed over planes, is the sum of
+/// the channels' circular correlations: products of a with b are purely imaginary. Nothing needs to be
+/// unpacked. O(planes x values) and two transforms.
 #[derive(Debug, Clone)]
 pub(super) struct KernelCorrelation {
     /// Number of values per plane.

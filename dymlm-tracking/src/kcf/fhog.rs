@@ -4,9 +4,9 @@ use super::lanes::LANES;
 
 /// Side of a cell, pixels of the template: that of the published settings.
 pub(super) const CELL: usize = 4;
-/// Number of vectors of a cell's 31 channels: 18 signed orientations, 9 unsigned ones, 4 of texture. One place is
-/// free. In order: the orientations 0 to 7, then 9 to 16, the unsigned ones 0 to 7; then 8, 17, the unsigned 8
-/// and the free place; then texture.
+/// Number of vectors of a cell's 31 channels: 18 signed orientations, 9 unsigned ones, 4 of texture. One
+/// place is free. In order: the orientations 0 to 7, then 9 to 16, the unsigned ones 0 to 7; then 8, 17, the
+/// unsigned 8 and the free place; then texture.
 pub(super) const VECTORS: usize = 8;
 
 /// Vectors of a cell's histogram: the orientations 0 to 7, then 9 to 16, then 8 and 17.
@@ -40,8 +40,8 @@ const EPSILON: f32 = 1e-4;
 #[derive(Debug, Clone)]
 pub(super) struct Fhog {
     cells: [usize; 2],
-    /// For each pixel of a square of 4x4 between the centres of four cells, its shares of the cells: upper left,
-    /// upper right, lower left, lower right.
+    /// For each pixel of a square of 4x4 between the centres of four cells, its shares of the cells: upper
+    /// left, upper right, lower left, lower right.
     shares: [[f32x4; CELL]; CELL],
     /// Four rows of gradients, with half a cell of zeros at each end.
     gradients: [GradientRow; CELL],
@@ -195,7 +195,8 @@ impl GradientRow {
     }
 }
 
-/// The votes of the pixels of a square between four cells, by code, with their shares of the cells in the lanes.
+/// The votes of the pixels of a square between four cells, by code, with their shares of the cells in the
+/// lanes.
 #[inline]
 fn collect_votes(
     gradients: &[GradientRow; CELL],
@@ -252,7 +253,8 @@ fn normalize_cell(&[a0, a1, b0, b1, rest]: &Histogram, norms: [f32; 4]) -> [f32x
         signed.iter().map(|entries| entries[block]).sum::<f32x4>() + rest[block] * is_signed
     });
     let [a, b, c, d] = f32x4::transpose(texture);
-    // Divided by the square root of the number of summed entries, to make texture about as large as the others.
+    // Divided by the square root of the number of summed entries, to make texture about as large as the
+    // others.
     let scale = 1.0 / (SIGNED as f32).sqrt();
 
     let [v0, v1, v2, v3] = signed.map(total);

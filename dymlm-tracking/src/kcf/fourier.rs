@@ -5,8 +5,8 @@ use rustfft::num_complex::Complex;
 use rustfft::num_traits::Zero;
 use rustfft::{Fft, FftNum, FftPlanner};
 
-/// Two-dimensional Fourier transforms of planes of one size, of single numbers or of [`Lanes`](super::lanes::Lanes).
-/// Spectra are stored column by column: transposing them back is not needed.
+/// Two-dimensional Fourier transforms of planes of one size, of single numbers or of
+/// [`Lanes`](super::lanes::Lanes). Spectra are stored column by column: transposing them back is not needed.
 #[derive(Clone)]
 pub(super) struct Fourier<T: FftNum> {
     size: [usize; 2],

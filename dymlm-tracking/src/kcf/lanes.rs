@@ -1,4 +1,5 @@
-//! Four real numbers that are computed with at once, for `rustfft`: one transform of these is four transforms.
+//! Four real numbers that are computed with at once, for `rustfft`: one transform of these is four
+//! transforms.
 
 use std::ops::{Add, Div, Mul, Neg, Rem, Sub};
 

@@ -74,8 +74,8 @@ impl WindowSampler {
     }
 }
 
-/// Puts rows side by side in lanes and repeats their ends: `count` values, of which `left` lie before the rows (or
-/// the rows begin before them, when `left` is negative).
+/// Puts rows side by side in lanes and repeats their ends: `count` values, of which `left` lie before the
+/// rows (or the rows begin before them, when `left` is negative).
 fn widen(rows: &[Vec<f32>; LANES], (left, count): (isize, usize), wide: &mut Vec<f32x4>) {
     let [a, b, c, d] = rows;
     let all = a.iter().zip(b).zip(c).zip(d).map(|(((a, b), c), d)| f32x4::new([*a, *b, *c, *d]));
