@@ -51,7 +51,9 @@ def test_an_interrupted_correction_changes_nothing(frames):
 def test_ctrl_c_ends_a_program(tmp_path):
     """A program that maps endlessly stops at SIGINT within a frame's time, saves its map, and exits with its own code."""
     program = textwrap.dedent("""
-        import sys, dymlm
+        import signal, sys, dymlm
+        # Shells start background jobs with SIGINT ignored, which a program inherits.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         camera = dymlm.Camera(160, 120, 131.0, 131.0, 79.5, 59.5)
         sequence = dymlm.builtin_sequence(frames=1000, camera=camera)
         builder = dymlm.MapBuilder(camera)
