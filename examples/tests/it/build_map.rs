@@ -166,7 +166,7 @@ fn a_bag_gives_the_maps_of_its_frames() {
     assert!(done && warnings.contains("frame 0 skipped"), "{warnings}");
     assert_eq!(MultiLevelMap::load(folder).unwrap().cloud().frames(), 3);
     for (refused, named) in
-        [(["--topics", "depth=/nowhere"], "/nowhere"), (["--detections", "x"], "of a bag")]
+        [(["--topics", "depth=/nowhere"], "/nowhere"), (["--detections", "x"], "a bag contains its own")]
     {
         let (folder, done, error) = run("odometry", &refused).unwrap();
         assert!(!done && error.contains(named) && !folder.join("report.json").exists(), "{error}");
