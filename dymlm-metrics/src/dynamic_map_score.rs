@@ -30,7 +30,7 @@ use crate::voxel_means::{VoxelMeans, readings};
 /// use dymlm_core::{DepthImage, Frame, Mask, PinholeCamera, Pose};
 /// use dymlm_metrics::DynamicMapScorer;
 ///
-/// A wall, and somebody in front of its right half.
+/// // A wall, and somebody in front of its right half.
 /// let camera = PinholeCamera::new(2, 1, 1.0, 1.0, 0.5, 0.0)?;
 /// let frame = Frame::new(0.0, camera, DepthImage::new(2, 1, vec![2.0, 1.0])?, None)?;
 /// let movers = Mask::new(2, 1, vec![false, true])?;

@@ -63,7 +63,7 @@ pub struct OccupiedCell {
 /// }
 /// let wall = (0..3072).map(|i| camera.back_project([(i % 64) as f64, (i / 64) as f64], 2.0));
 /// let truth = PointTruth::new(wall.map(|point| point.map(|c| c as f32)).collect(), &[], 0.1)?;
-/// A map that is free everywhere has no ghosts, and no surface either.
+/// // A map that is free everywhere has no ghosts, and no surface either.
 /// let score = scorer.score(&truth, 0.05, &[], |_| Occupancy::Free)?;
 /// assert_eq!(score.free_space.map(|s| (s.free, s.ghosts)), Some((1.0, 0.0)));
 /// assert_eq!(score.surface.map(|s| (s.completeness, s.false_free)), Some((0.0, 1.0)));

@@ -29,7 +29,7 @@ use crate::{Error, MapFolder, MapFolderWriter};
 ///         part(2, Some(b"two"))
 ///     })
 /// })?;
-/// The first part is not written again.
+/// // The first part is not written again.
 /// saver.save(&"config", &2, |_, state| state.section("numbers", |part| part(2, Some(b"zwei"))))?;
 ///
 /// let parts = MapFolder::open(&folder)?.state("numbers")?;
