@@ -1,4 +1,5 @@
 //! DBSCAN against the definition, against scikit-learn, and on degenerate clouds.
+use crate::common::{data, golden_points};
 use dymlm_core::Point;
 use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
 use dymlm_test_support::shuffle;
@@ -197,20 +198,10 @@ proptest! {
     }
 }
 
-fn data(name: &str) -> String {
-    std::fs::read_to_string(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
-}
-
 /// `tests/data/make_golden.py` made the points and scikit-learn's labels.
 #[test]
 fn equals_scikit_learn() {
-    let points: Vec<Point> = data("points.csv")
-        .lines()
-        .map(|line| {
-            let values: Vec<f32> = line.split(',').map(|value| value.parse().unwrap()).collect();
-            values.try_into().unwrap()
-        })
-        .collect();
+    let points = golden_points();
     assert_eq!(points.len(), 1500);
     let golden = data("dbscan_labels.csv");
     assert_eq!(golden.lines().count(), 6);

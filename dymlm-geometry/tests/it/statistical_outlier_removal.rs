@@ -1,4 +1,5 @@
 //! Statistical outlier removal against brute force, against `Open3D`, and on degenerate clouds.
+use crate::common::{data, golden_points};
 use dymlm_core::Point;
 use dymlm_geometry::{StatisticalOutlierConfig, StatisticalOutlierRemoval};
 use proptest::prelude::*;
@@ -74,21 +75,11 @@ proptest! {
     }
 }
 
-fn data(name: &str) -> String {
-    std::fs::read_to_string(format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
-}
-
 /// `tests/data/make_golden.py` made the points and `Open3D`'s inliers. `Open3D` counts the point itself among
 /// its neighbours, at distance 0, which scales all mean distances alike and changes no verdict.
 #[test]
 fn equals_open3d() {
-    let points: Vec<Point> = data("points.csv")
-        .lines()
-        .map(|line| {
-            let values: Vec<f32> = line.split(',').map(|value| value.parse().unwrap()).collect();
-            values.try_into().unwrap()
-        })
-        .collect();
+    let points = golden_points();
     let golden = data("outliers.csv");
     assert_eq!(golden.lines().count(), 3);
     for line in golden.lines() {

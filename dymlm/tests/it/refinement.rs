@@ -21,6 +21,16 @@ fn config() -> MapConfig {
     config
 }
 
+/// Every third frame, mapped at its drifting pose.
+fn mapped(sequence: &Sequence) -> MapBuilder {
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+        builder.insert(&simulated.frame, &simulated.detections, &sequence.estimated_pose(index)).unwrap();
+    }
+    builder.settle();
+    builder
+}
+
 /// Root mean square of the distances between the frames' poses in the maps and the true ones, metres.
 fn error(builder: &MapBuilder, sequence: &Sequence) -> f64 {
     let poses: Vec<Pose> = builder.trajectory().map(|(_, _, pose)| pose).collect();
@@ -32,12 +42,7 @@ fn error(builder: &MapBuilder, sequence: &Sequence) -> f64 {
 fn planes_take_out_drift() {
     for seed in [1, 2] {
         let sequence = drifting(seed, 300);
-        let mut builder = MapBuilder::new(config()).unwrap();
-        for (index, simulated) in sequence.frames().enumerate().step_by(3) {
-            let drifting = sequence.estimated_pose(index);
-            builder.insert(&simulated.frame, &simulated.detections, &drifting).unwrap();
-        }
-        builder.settle();
+        let mut builder = mapped(&sequence);
         let before = error(&builder, &sequence);
         let report = builder.refine_poses(&RefineConfig::default()).unwrap();
         let after = error(&builder, &sequence);
@@ -55,12 +60,7 @@ fn planes_that_are_met_again_are_one() {
     building.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
     building.pose_error = PoseErrorConfig::slam();
     let sequence = Sequence::new(&building).unwrap();
-    let mut builder = MapBuilder::new(config()).unwrap();
-    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
-        let drifting = sequence.estimated_pose(index);
-        builder.insert(&simulated.frame, &simulated.detections, &drifting).unwrap();
-    }
-    builder.settle();
+    let mut builder = mapped(&sequence);
     let before = error(&builder, &sequence);
     let report = builder.refine_poses(&RefineConfig::default()).unwrap();
     let after = error(&builder, &sequence);
@@ -72,11 +72,7 @@ fn planes_that_are_met_again_are_one() {
 #[test]
 fn wrong_loop_closures_are_left_out() {
     let sequence = drifting(5, 120);
-    let mut builder = MapBuilder::new(config()).unwrap();
-    for (index, simulated) in sequence.frames().enumerate().step_by(3) {
-        builder.insert(&simulated.frame, &simulated.detections, &sequence.estimated_pose(index)).unwrap();
-    }
-    builder.settle();
+    let mut builder = mapped(&sequence);
     let closure = |from: usize, to: usize, error: f64| LoopClosure {
         from: FrameId::new(from as u64),
         to: FrameId::new(to as u64),
