@@ -168,7 +168,7 @@ mod tests {
             let output = output_with(9, [0.0, 0.0, w, 0.0, anything, 0.0, probability, 0.0]);
             let error = grid().candidates(&output, 0.25).unwrap_err();
             assert!(
-                error.to_string().starts_with("row 9 of the network's output is no detection"),
+                error.to_string().starts_with("row 9 of the network's output is not a detection"),
                 "{error}"
             );
         }
