@@ -14,8 +14,7 @@ use crate::treatment::{Detector, Treatment};
 pub(crate) fn text(rows: &[Row]) -> String {
     let rows = with_means(rows);
     let mut text = String::new();
-    for block in BLOCKS {
-        let cells = block_cells(block, &rows);
+    for (block, cells) in filled_blocks(&rows) {
         let widths: Vec<usize> = (0..cells[0].len())
             .map(|column| cells.iter().map(|line| line[column].chars().count()).max().unwrap_or(0))
             .collect();
@@ -63,8 +62,7 @@ pub(crate) fn write_page(rows: &[Row], file: &Path) -> Result<(), AnyError> {
 
 fn markdown(rows: &[Row]) -> String {
     let mut text = String::new();
-    for block in BLOCKS {
-        let cells = block_cells(block, rows);
+    for (block, cells) in filled_blocks(rows) {
         writeln!(text, "**{}**\n", block.title).ok();
         for (index, line) in cells.iter().enumerate() {
             writeln!(text, "| {} |", line.join(" | ")).ok();
@@ -106,7 +104,12 @@ fn means(rows: &[Row], name: &str, set: SequenceSet) -> Vec<Row> {
     means
 }
 
-/// Heading and rows of a block; rows without a figure in the block are left out, unless all are.
+/// The blocks in which there is a figure, each with its heading and rows.
+fn filled_blocks(rows: &[Row]) -> impl Iterator<Item = (&'static Block, Vec<Vec<String>>)> {
+    BLOCKS.iter().map(|block| (block, block_cells(block, rows))).filter(|(_, cells)| cells.len() > 1)
+}
+
+/// Heading and rows of a block; rows without a figure in the block are left out.
 fn block_cells(block: &Block, rows: &[Row]) -> Vec<Vec<String>> {
     let many = rows.iter().any(|row| row.treatment != Treatment::Silhouettes || row.stage == Stage::Before);
     let drifts = rows.iter().any(|row| row.poses != Poses::True);
@@ -118,11 +121,10 @@ fn block_cells(block: &Block, rows: &[Row]) -> Vec<Vec<String>> {
         };
         if drifts { format!("{name}, {}", row.poses.name()) } else { name }
     };
-    let any = |row: &&Row| block.columns.iter().any(|column| row.scores.get(column.key).is_some());
+    let is_filled = |row: &&Row| block.columns.iter().any(|column| row.scores.get(column.key).is_some());
     let heading = std::iter::once(String::new()).chain(block.columns.iter().map(Column::title)).collect();
     let mut cells = vec![heading];
-    let filled = rows.iter().any(|row| any(&row));
-    for row in rows.iter().filter(|row| any(row) || !filled) {
+    for row in rows.iter().filter(is_filled) {
         let values = block.columns.iter().map(|column| column.format(row.scores.get(column.key)));
         cells.push(std::iter::once(name(row)).chain(values).collect());
     }
