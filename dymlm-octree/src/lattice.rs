@@ -28,42 +28,40 @@ impl Lattice {
         f64::from(CENTER) * self.resolution
     }
 
+    /// The index of the cell that holds a coordinate; [`OUTSIDE`] or more outside the map and for NaN. Without
+    /// a branch, so that many coordinates are computed side by side.
+    #[inline]
+    fn wide_index(&self, coordinate: f64) -> u32 {
+        // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.
+        const MAGIC: f64 = 3.0 * (1_u64 << 51) as f64;
+        let scaled = self.factor * coordinate;
+        // NaN fails the first comparison.
+        let low = if scaled > -1e6 { scaled } else { -1e6 };
+        let scaled = if low < 1e6 { low } else { 1e6 };
+        let nearest = (scaled + MAGIC) - MAGIC;
+        let floor = nearest - if nearest > scaled { 1.0 } else { 0.0 };
+        ((floor + MAGIC).to_bits() as u32).wrapping_add(CENTER as u32)
+    }
+
     /// The index of the cell that holds a coordinate; `None` outside the map and for NaN.
     #[inline]
     pub(crate) fn index(&self, coordinate: f64) -> Option<u16> {
-        let scaled = self.factor * coordinate;
-        // NaN fails.
-        if !(-32768.0..32768.0).contains(&scaled) {
-            return None;
-        }
-        // floor() would be a call into libm on the x86-64 baseline; a truncation and a comparison are not.
-        let truncated = scaled as i32;
-        let floor = truncated - i32::from(f64::from(truncated) > scaled);
-        Some((floor + CENTER) as u16)
+        u16::try_from(self.wide_index(coordinate)).ok()
     }
 
-    /// [`Self::index`] of many coordinates at once, without a branch; coordinates outside the map and NaN get
-    /// [`OUTSIDE`] or more.
+    /// The indices of the cells that hold many coordinates; [`OUTSIDE`] or more outside the map and for NaN.
     #[inline]
     pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
-        // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.
-        const MAGIC: u64 = 3 << 51;
-        let magic = MAGIC as f64;
         for (index, &coordinate) in indices.iter_mut().zip(coordinates) {
-            let scaled = self.factor * f64::from(coordinate);
-            // NaN fails the first comparison.
-            let low = if scaled > -1e6 { scaled } else { -1e6 };
-            let scaled = if low < 1e6 { low } else { 1e6 };
-            let nearest = (scaled + magic) - magic;
-            let floor = nearest - if nearest > scaled { 1.0 } else { 0.0 };
-            *index = ((floor + magic).to_bits() as u32).wrapping_add(CENTER as u32);
+            *index = self.wide_index(f64::from(coordinate));
         }
     }
 
     /// The cell that holds a point; `None` outside the map and for NaN.
     #[inline]
     pub(crate) fn key(&self, point: [f64; 3]) -> Option<Key> {
-        Some([self.index(point[0])?, self.index(point[1])?, self.index(point[2])?])
+        let [x, y, z] = point.map(|coordinate| self.wide_index(coordinate));
+        ((x | y | z) < OUTSIDE).then_some([x as u16, y as u16, z as u16])
     }
 
     /// The cell that holds a point given in single precision.
