@@ -5,7 +5,7 @@ use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::reading_row::is_reading;
-use super::sparse_marks::pack;
+use crate::lattice::pack;
 use crate::{Error, Octree, RayMode};
 
 /// What the insertion of a scan did.

@@ -7,8 +7,8 @@ use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::scan_scratch::ScanScratch;
-use super::sparse_marks::{IntegerHasher, SparseMarks, pack};
-use crate::lattice::Lattice;
+use super::sparse_marks::{IntegerHasher, SparseMarks};
+use crate::lattice::{Lattice, pack};
 use crate::{Error, InsertReport, Octree, RayMode};
 
 /// Cells along each side of a block.
