@@ -12,6 +12,7 @@
 
 mod block;
 mod branch;
+mod cells;
 mod colors;
 mod difference;
 mod filling;
