@@ -4,8 +4,11 @@ use crate::lattice::{Key, Lattice};
 /// The sensor's position, with what all rays from it share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayOrigin {
+    /// The cell's indices. They are stored before the point and in four bytes each, so that no bytes follow
+    /// the point: the compiler loads two floats with what lies beside them, and multiplies all. Small
+    /// integers look like denormal floats, whose products take some hundred cycles.
+    key: [u32; 3],
     pub(crate) point: [f32; 3],
-    pub(crate) key: Key,
     resolution: f64,
     /// Distances along each axis to the upper and the lower border of the origin's cell, metres.
     borders: [[f64; 2]; 3],
@@ -32,7 +35,13 @@ impl RayOrigin {
                 border - f64::from(point[axis])
             })
         });
-        Self { point, key, resolution, borders }
+        Self { key: key.map(u32::from), point, resolution, borders }
+    }
+
+    /// The cell of the sensor.
+    #[inline]
+    pub(crate) fn key(&self) -> Key {
+        self.key.map(|index| index as u16)
     }
 
     /// Distance to a point as OctoMap computes it: squares summed in single precision, the root taken in
@@ -69,17 +78,18 @@ impl RayOrigin {
     /// Marks the cells from the origin's to the one before the end's as passed; none when both are the same.
     #[inline]
     pub(crate) fn pass_to<M: Marks>(&self, end: [f32; 3], end_key: Key, marks: &mut M) {
-        if end_key == self.key {
+        let key = self.key();
+        if end_key == key {
             return;
         }
         let ray = self.ray_to(end);
-        let mut walk = Walk { next: ray.next, between: ray.between, cursor: marks.cursor(self.key, ray.up) };
+        let mut walk = Walk { next: ray.next, between: ray.between, cursor: marks.cursor(key, ray.up) };
         marks.pass(&walk.cursor);
         // The square of an offset may underflow. Such a ray has no direction; OctoMap's ends here too.
         if ray.length == 0.0 {
             return;
         }
-        let steps = ray.steps_between(self.key, end_key);
+        let steps = ray.steps_between(key, end_key);
         if !ray.surely_takes(steps) {
             let last = marks.cursor(end_key, ray.up);
             return walk.pass_until(&last, ray.length, marks);
