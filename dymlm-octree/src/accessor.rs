@@ -1,4 +1,4 @@
-use crate::lattice::{Key, Lattice};
+use crate::lattice::{Key, Lattice, pack};
 use crate::occupancy_model::OccupancyModel;
 use crate::storage::{Entry, Tree};
 use crate::{CellState, Octree};
@@ -19,33 +19,30 @@ use crate::{CellState, Octree};
 pub struct Accessor<'a> {
     pub(crate) lattice: Lattice,
     tree: &'a Tree,
-    /// The cube of 64^3 cells that was queried last (its key >> 6), and the tree's entry for it.
-    region: Key,
+    /// A cell of the block that was queried last, as one integer.
+    known: u64,
+    /// The tree's entry for the cube of 64^3 cells around it.
     in_region: &'a Entry,
-    /// The cube of 8^3 cells that was queried last (its key >> 3), and the tree's entry for it.
-    block: Key,
+    /// The tree's entry for the cube of 8^3 cells around it, its block.
     in_block: &'a Entry,
 }
 
-/// The block and region of a new accessor: no real block or region has this key.
-const NOWHERE: Key = [u16::MAX; 3];
-static NOTHING: Entry = Entry::Unknown;
+/// The bits of a key that tell apart blocks: all but the lowest three of each index.
+const OTHER_BLOCK: u64 = 0xFFF8_FFF8_FFF8;
+/// The bits of a key that tell apart cubes of 64^3 cells.
+const OTHER_REGION: u64 = 0xFFC0_FFC0_FFC0;
 
 impl Octree {
     /// A reader for many queries in one neighbourhood.
     pub fn accessor(&self) -> Accessor<'_> {
-        Accessor {
-            lattice: self.lattice,
-            tree: &self.tree,
-            region: NOWHERE,
-            in_region: &NOTHING,
-            block: NOWHERE,
-            in_block: &NOTHING,
-        }
+        let (key, tree) = ([0; 3], &self.tree);
+        let in_region = tree.entry(key, 2);
+        let in_block = in_region.below(key);
+        Accessor { lattice: self.lattice, tree, known: pack(key), in_region, in_block }
     }
 }
 
-impl<'a> Accessor<'a> {
+impl Accessor<'_> {
     /// [`Octree::state`].
     #[inline]
     pub fn state(&mut self, point: [f64; 3]) -> CellState {
@@ -63,10 +60,8 @@ impl<'a> Accessor<'a> {
     /// The log-odds of a cell.
     #[inline]
     pub(crate) fn cell(&mut self, key: Key) -> Option<f32> {
-        let block = key.map(|index| index >> 3);
-        if block != self.block {
-            self.block = block;
-            self.in_block = self.find_block(key);
+        if (pack(key) ^ self.known) & OTHER_BLOCK != 0 {
+            self.find_block(key);
         }
         self.in_block.log_odds(key)
     }
@@ -82,13 +77,13 @@ impl<'a> Accessor<'a> {
         }
     }
 
-    fn find_block(&mut self, key: Key) -> &'a Entry {
-        let region = key.map(|index| index >> 6);
-        if region != self.region {
-            self.region = region;
+    fn find_block(&mut self, key: Key) {
+        let difference = pack(key) ^ self.known;
+        self.known = pack(key);
+        if difference & OTHER_REGION != 0 {
             self.in_region = self.tree.entry(key, 2);
         }
-        self.in_region.below(key)
+        self.in_block = self.in_region.below(key);
     }
 
     /// The state of a cell.

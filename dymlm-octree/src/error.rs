@@ -24,7 +24,7 @@ pub enum Error {
     },
     /// A scan whose rays pass too many cells: the cells are too small for the range.
     #[error(
-        "the rays of the scan pass more than {most} blocks of 8x8x8 cells, each of 2 kB: the cells are too small, or the range \
+        "the rays of the scan pass more than {most} blocks of 8x8x8 cells, each of 0.7 kB: the cells are too small, or the range \
          is too long"
     )]
     ScanSize {

@@ -1,6 +1,12 @@
 /// Indices of a cell along x, y, z: `floor(coordinate / resolution) + 32768`, as OctoMap's keys.
 pub(crate) type Key = [u16; 3];
 
+/// A key as one integer.
+#[inline]
+pub(crate) fn pack(key: Key) -> u64 {
+    u64::from(key[0]) | u64::from(key[1]) << 16 | u64::from(key[2]) << 32
+}
+
 /// Octree levels: a cell is at depth 16, the whole map at depth 0.
 pub(crate) const DEPTH: u8 = 16;
 
@@ -31,39 +37,35 @@ impl Lattice {
     /// The index of the cell that holds a coordinate; `None` outside the map and for NaN.
     #[inline]
     pub(crate) fn index(&self, coordinate: f64) -> Option<u16> {
-        let scaled = self.factor * coordinate;
-        // NaN fails.
-        if !(-32768.0..32768.0).contains(&scaled) {
-            return None;
-        }
-        // floor() would be a call into libm on the x86-64 baseline; a truncation and a comparison are not.
-        let truncated = scaled as i32;
-        let floor = truncated - i32::from(f64::from(truncated) > scaled);
-        Some((floor + CENTER) as u16)
+        u16::try_from(self.wide_index(coordinate)).ok()
     }
 
-    /// [`Self::index`] of many coordinates at once, without a branch; coordinates outside the map and NaN get
-    /// [`OUTSIDE`] or more.
+    /// The index of the cell that holds a coordinate; 65536 or more outside the map and for NaN. Without a
+    /// branch, so that the three indices of a point are computed side by side.
+    #[inline]
+    fn wide_index(&self, coordinate: f64) -> u64 {
+        // Numbers whose sum with the magic one is not rounded to an integer change its upper bits, and so
+        // does NaN: what is left of them is large.
+        floor_bits(self.factor * coordinate).wrapping_sub(MAGIC.to_bits()).wrapping_add(CENTER as u64)
+    }
+
+    /// The indices of the cells that hold many coordinates; [`OUTSIDE`] or more outside the map and for NaN.
     #[inline]
     pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
-        // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.
-        const MAGIC: u64 = 3 << 51;
-        let magic = MAGIC as f64;
         for (index, &coordinate) in indices.iter_mut().zip(coordinates) {
             let scaled = self.factor * f64::from(coordinate);
             // NaN fails the first comparison.
             let low = if scaled > -1e6 { scaled } else { -1e6 };
             let scaled = if low < 1e6 { low } else { 1e6 };
-            let nearest = (scaled + magic) - magic;
-            let floor = nearest - if nearest > scaled { 1.0 } else { 0.0 };
-            *index = ((floor + magic).to_bits() as u32).wrapping_add(CENTER as u32);
+            *index = (floor_bits(scaled) as u32).wrapping_add(CENTER as u32);
         }
     }
 
     /// The cell that holds a point; `None` outside the map and for NaN.
     #[inline]
     pub(crate) fn key(&self, point: [f64; 3]) -> Option<Key> {
-        Some([self.index(point[0])?, self.index(point[1])?, self.index(point[2])?])
+        let [x, y, z] = point.map(|coordinate| self.wide_index(coordinate));
+        ((x | y | z) < u64::from(OUTSIDE)).then_some([x as u16, y as u16, z as u16])
     }
 
     /// The cell that holds a point given in single precision.
@@ -95,6 +97,17 @@ impl Lattice {
     }
 }
 
+/// Adding 1.5 * 2^52 to a number below 2^51 rounds it to the nearest integer, and leaves it in the low bits.
+const MAGIC: f64 = 3.0 * (1_u64 << 51) as f64;
+
+/// The bits of [`MAGIC`] plus the largest integer that is not above a number.
+#[inline]
+fn floor_bits(number: f64) -> u64 {
+    let nearest = (number + MAGIC) - MAGIC;
+    let floor = nearest - if nearest > number { 1.0 } else { 0.0 };
+    (floor + MAGIC).to_bits()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,7 +121,9 @@ mod tests {
         assert_eq!(lattice.index(0.25), Some(32770));
         assert_eq!(lattice.index(-3276.8), Some(0));
         assert_eq!(lattice.index(3276.8), None);
-        for outside in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, -3276.9] {
+        for outside in
+            [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e300, -1e300, 1e15, -1e15, 1e16, -1e16, 3e18, -3276.9]
+        {
             assert_eq!(lattice.index(outside), None);
         }
     }

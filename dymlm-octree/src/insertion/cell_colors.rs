@@ -1,7 +1,7 @@
 use dymlm_core::Rgb;
 
-use super::sparse_marks::{IntegerMap, pack};
-use crate::lattice::Key;
+use super::sparse_marks::IntegerMap;
+use crate::lattice::{Key, pack};
 
 /// Sums of the colours of a scan's readings, for each cell hit.
 #[derive(Debug, Clone, Default)]

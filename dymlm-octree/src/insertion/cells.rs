@@ -64,7 +64,7 @@ pub(crate) fn find_cells(
         hits: &mut scratch.hits,
         cut: &mut scratch.cut,
         colors: &mut scratch.colors,
-        bounds: Bounds { min: origin.key, max: origin.key },
+        bounds: Bounds { min: origin.key(), max: origin.key() },
         report,
     };
     match *readings {

@@ -5,7 +5,7 @@ use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::reading_row::is_reading;
-use super::sparse_marks::pack;
+use crate::lattice::pack;
 use crate::{Error, Octree, RayMode};
 
 /// What the insertion of a scan did.
@@ -132,7 +132,7 @@ impl Octree {
         let mut scratch = std::mem::take(&mut self.scratch);
         let mut report = InsertReport::default();
         let bounds = find_cells(readings, origin, &self.lattice, self.config(), &mut scratch, &mut report);
-        let (min, max) = bounds.within_reach(origin.key, self.config().max_range / self.resolution());
+        let (min, max) = bounds.within_reach(origin.key(), self.config().max_range / self.resolution());
         let mut window = std::mem::take(&mut scratch.window);
         let fits_window = window.lay(min, max);
         if !fits_window && let Err(refused) = self.check_blocks(origin, &scratch, Self::MAX_SCAN_BLOCKS) {

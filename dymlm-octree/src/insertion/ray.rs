@@ -4,8 +4,11 @@ use crate::lattice::{Key, Lattice};
 /// The sensor's position, with what all rays from it share.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayOrigin {
+    /// The cell's indices. They are stored before the point and in four bytes each, so that no bytes follow
+    /// the point: the compiler loads two floats with what lies beside them, and multiplies all. Small
+    /// integers look like denormal floats, whose products take some hundred cycles.
+    key: [u32; 3],
     pub(crate) point: [f32; 3],
-    pub(crate) key: Key,
     resolution: f64,
     /// Distances along each axis to the upper and the lower border of the origin's cell, metres.
     borders: [[f64; 2]; 3],
@@ -32,7 +35,13 @@ impl RayOrigin {
                 border - f64::from(point[axis])
             })
         });
-        Self { point, key, resolution, borders }
+        Self { key: key.map(u32::from), point, resolution, borders }
+    }
+
+    /// The cell of the sensor.
+    #[inline]
+    pub(crate) fn key(&self) -> Key {
+        self.key.map(|index| index as u16)
     }
 
     /// Distance to a point as OctoMap computes it: squares summed in single precision, the root taken in
@@ -69,48 +78,133 @@ impl RayOrigin {
     /// Marks the cells from the origin's to the one before the end's as passed; none when both are the same.
     #[inline]
     pub(crate) fn pass_to<M: Marks>(&self, end: [f32; 3], end_key: Key, marks: &mut M) {
-        if end_key == self.key {
+        let key = self.key();
+        if end_key == key {
             return;
         }
-        let Ray { next: [mut x, mut y, mut z], between: [dx, dy, dz], up, length } = self.ray_to(end);
-        let mut cursor = marks.cursor(self.key, up);
-        let last = marks.cursor(end_key, up);
-        marks.pass(&cursor);
+        let ray = self.ray_to(end);
+        let mut walk = Walk { next: ray.next, between: ray.between, cursor: marks.cursor(key, ray.up) };
+        marks.pass(&walk.cursor);
         // The square of an offset may underflow. Such a ray has no direction; OctoMap's ends here too.
-        if length == 0.0 {
+        if ray.length == 0.0 {
             return;
         }
-        loop {
-            // OctoMap's order of comparisons decides ties.
-            let axis = if x < y {
-                if x < z { 0 } else { 2 }
-            } else if y < z {
-                1
-            } else {
-                2
-            };
-            match axis {
-                0 => {
-                    x += dx;
-                    M::advance::<0>(&mut cursor);
-                }
-                1 => {
-                    y += dy;
-                    M::advance::<1>(&mut cursor);
-                }
-                _ => {
-                    z += dz;
-                    M::advance::<2>(&mut cursor);
-                }
-            }
-            let yz = if y < z { y } else { z };
-            let nearest = if x < yz { x } else { yz };
-            // Rounding may carry the ray past its last cell; then its length ends it.
-            if M::same(&cursor, &last) || nearest > length {
-                return;
-            }
-            marks.pass(&cursor);
+        let steps = ray.steps_between(key, end_key);
+        if !ray.surely_takes(steps) {
+            let last = marks.cursor(end_key, ray.up);
+            return walk.pass_until(&last, ray.length, marks);
         }
+        let [x, y, z] = steps;
+        let count = x + y + z;
+        if x > y && x > z {
+            walk.pass_steps::<0, 1, 2, M>(count, marks);
+        } else if y > z {
+            walk.pass_steps::<1, 2, 0, M>(count, marks);
+        } else {
+            walk.pass_steps::<2, 0, 1, M>(count, marks);
+        }
+    }
+}
+
+impl Ray {
+    /// Number of steps along each axis from one cell to another; negative against the ray's direction.
+    #[inline]
+    fn steps_between(&self, from: Key, to: Key) -> [i32; 3] {
+        std::array::from_fn(|axis| {
+            let steps = i32::from(to[axis]) - i32::from(from[axis]);
+            if self.up[axis] { steps } else { -steps }
+        })
+    }
+
+    /// Whether the ray crosses just so many borders within its length, whatever rounding does: these steps
+    /// lead to its last cell, and nothing ends it before.
+    #[inline]
+    fn surely_takes(&self, steps: [i32; 3]) -> bool {
+        // A walk sums up to 65536 distances, each rounded by 1e-16 of the sum.
+        const SLACK: f64 = 1e-9;
+        let (before, after) = (self.length * (1.0 - SLACK), self.length * (1.0 + SLACK));
+        (0..3).all(|axis| {
+            let border = |i: i32| self.next[axis] + f64::from(i) * self.between[axis];
+            border(steps[axis] - 1) < before && border(steps[axis]) > after
+        })
+    }
+}
+
+/// A ray on its way.
+struct Walk<P> {
+    /// Distance along the ray to the next border, for each axis, metres.
+    next: [f64; 3],
+    /// Distance along the ray between borders.
+    between: [f64; 3],
+    cursor: P,
+}
+
+impl<P: Copy> Walk<P> {
+    /// Takes a number of steps, and marks every cell that one of them leaves. `MAIN` is the axis with most
+    /// steps: as long as the ray takes these, there is one comparison a cell.
+    #[inline]
+    fn pass_steps<const MAIN: usize, const B: usize, const C: usize, M: Marks<Cursor = P>>(
+        &mut self,
+        mut count: i32,
+        marks: &mut M,
+    ) {
+        while count > 0 {
+            count = if self.crosses_first::<B, C>() {
+                self.pass_run::<MAIN, B, M>(count, marks)
+            } else {
+                self.pass_run::<MAIN, C, M>(count, marks)
+            };
+        }
+    }
+
+    /// Takes the steps along `MAIN` before the next one along `SIDE`, then this one. Returns how many of
+    /// `count` steps are left.
+    #[inline]
+    fn pass_run<const MAIN: usize, const SIDE: usize, M: Marks<Cursor = P>>(
+        &mut self,
+        mut count: i32,
+        marks: &mut M,
+    ) -> i32 {
+        while self.crosses_first::<MAIN, SIDE>() {
+            marks.pass(&self.cursor);
+            self.step::<MAIN, M>();
+            count -= 1;
+            if count == 0 {
+                return 0;
+            }
+        }
+        marks.pass(&self.cursor);
+        self.step::<SIDE, M>();
+        count - 1
+    }
+
+    /// Takes steps to the cell `last`, or as far as the ray's length: rounding may carry it past its last
+    /// cell. Marks every cell that a step leaves.
+    fn pass_until<M: Marks<Cursor = P>>(&mut self, last: &P, length: f64, marks: &mut M) {
+        while !M::same(&self.cursor, last) && self.next.iter().any(|&border| border <= length) {
+            marks.pass(&self.cursor);
+            if self.crosses_first::<2, 1>() && self.crosses_first::<2, 0>() {
+                self.step::<2, M>();
+            } else if self.crosses_first::<1, 0>() {
+                self.step::<1, M>();
+            } else {
+                self.step::<0, M>();
+            }
+        }
+    }
+
+    /// Whether the next border along `A` comes before the one along `B`. Of two at the same distance OctoMap
+    /// takes z before y before x.
+    #[inline]
+    fn crosses_first<const A: usize, const B: usize>(&self) -> bool {
+        if A > B { self.next[A] <= self.next[B] } else { self.next[A] < self.next[B] }
+    }
+
+    /// Enters the next cell along an axis.
+    #[inline]
+    fn step<const AXIS: usize, M: Marks<Cursor = P>>(&mut self) {
+        self.next[AXIS] += self.between[AXIS];
+        M::advance::<AXIS>(&mut self.cursor);
     }
 }
 

@@ -7,8 +7,8 @@ use super::cells::{Readings, find_cells};
 use super::marks::Marks;
 use super::ray::RayOrigin;
 use super::scan_scratch::ScanScratch;
-use super::sparse_marks::{IntegerHasher, SparseMarks, pack};
-use crate::lattice::Lattice;
+use super::sparse_marks::{IntegerHasher, SparseMarks};
+use crate::lattice::{Lattice, pack};
 use crate::{Error, InsertReport, Octree, RayMode};
 
 /// Cells along each side of a block.
@@ -18,7 +18,7 @@ const RAYS: usize = 64;
 
 /// Checks how much of the map a scan touches, before anything is changed or allocated for it.
 impl Octree {
-    /// Greatest number of blocks of 8x8x8 cells, about, that the rays of one scan may pass: 2 GB of map. A
+    /// Greatest number of blocks of 8x8x8 cells, about, that the rays of one scan may pass: 0.7 GB of map. A
     /// depth camera before a wall at 3 m stays below it with cells of 5 mm, and a laser on a car between
     /// houses with cells of 10 cm.
     pub const MAX_SCAN_BLOCKS: usize = 1 << 20;

@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use super::marks::Marks;
-use crate::lattice::Key;
+use crate::lattice::{Key, pack};
 use crate::storage::{Bits, entry_of};
 
 /// A multiplicative hash for keys that are one integer.
@@ -30,12 +30,6 @@ impl Hasher for IntegerHasher {
 }
 
 pub(crate) type IntegerMap<V> = HashMap<u64, V, BuildHasherDefault<IntegerHasher>>;
-
-/// A key as one integer.
-#[inline]
-pub(crate) fn pack(key: Key) -> u64 {
-    u64::from(key[0]) | u64::from(key[1]) << 16 | u64::from(key[2]) << 32
-}
 
 /// Marks in a hash map of blocks, for scans too wide for a window: a laser that sees hundreds of metres.
 #[derive(Debug, Clone, Default)]

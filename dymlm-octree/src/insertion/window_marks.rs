@@ -2,7 +2,7 @@ use super::marks::Marks;
 use crate::lattice::Key;
 use crate::storage::Bits;
 
-/// Largest window, in bits. Two bit sets of 16 MB: 512 cells along each axis, 25 m at 5 cm.
+/// Largest window, in bits. 16 MB: 512 cells along each axis, 25 m at 5 cm.
 const MAX_BITS: u64 = 1 << 27;
 
 /// Cells added around a window on each side: rounding may carry a ray a cell past its end.
@@ -11,15 +11,19 @@ const MARGIN: i32 = 2;
 /// Marks in a dense box of cells around one scan.
 ///
 /// The address of a cell interleaves fixed bits of x, y and z. Within an 8^3 block they are in Morton order,
-/// so that a block's marks have the layout of the map's bit masks; the number of blocks along each axis is
-/// rounded up to a power of two. So a step along one axis is one addition with carry through that axis's bits
-/// ("dilated integers").
+/// so that a block's marks have the layout of the map's bit masks; the number of blocks along each axis but
+/// the outermost is rounded up to a power of two. So a step along one axis is one addition with carry through
+/// that axis's bits ("dilated integers").
+///
+/// Rays pass most blocks, but readings hit few: only blocks with hits have bits for them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WindowMarks {
     /// Key of the first cell; a multiple of 8, may be negative.
     base: [i32; 3],
     /// Number of blocks.
     blocks: [usize; 3],
+    /// The axes by their place in the address, the lowest first.
+    order: [usize; 3],
     /// The address bits of each axis.
     masks: [u32; 3],
     /// The bit of a block address at which each axis's block index begins.
@@ -27,7 +31,9 @@ pub(crate) struct WindowMarks {
     /// Address of each cell index along each axis.
     addresses: [Vec<u32>; 3],
     passed: Vec<u64>,
-    hit: Vec<u64>,
+    /// For each block the number of its bits in `hit`, counted from 1; 0 without hits.
+    hit_slots: Vec<u32>,
+    hit: Vec<Bits>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -53,14 +59,22 @@ impl WindowMarks {
         let base = min.map(|index| (index - MARGIN) & !7);
         let blocks: [usize; 3] =
             std::array::from_fn(|axis| ((max[axis] + MARGIN - base[axis]) / 8 + 1).unsigned_abs() as usize);
-        let widths = blocks.map(|count| count.next_power_of_two().trailing_zeros());
+        let padded = blocks.map(usize::next_power_of_two);
+        let widths = padded.map(usize::trailing_zeros);
         if 9 + widths.iter().map(|&width| u64::from(width)).sum::<u64>()
             > u64::from(MAX_BITS.trailing_zeros())
         {
             return false;
         }
         (self.base, self.blocks) = (base, blocks);
-        self.shifts = [0, widths[0], widths[0] + widths[1]];
+        // The outermost axis is not padded: it is the one that would need most.
+        let padding = |axis: &usize| padded[*axis] as f64 / blocks[*axis] as f64;
+        let outer = (0..3).max_by(|a, b| padding(a).total_cmp(&padding(b))).unwrap_or(2);
+        let (inner, middle) = ((outer + 1) % 3, (outer + 2) % 3);
+        self.order = [inner, middle, outer];
+        self.shifts[inner] = 0;
+        self.shifts[middle] = widths[inner];
+        self.shifts[outer] = widths[inner] + widths[middle];
         self.masks = std::array::from_fn(|axis| {
             (((1 << widths[axis]) - 1) << (9 + self.shifts[axis])) | 0b100_1001 << axis
         });
@@ -72,10 +86,10 @@ impl WindowMarks {
                 (i >> 3) << shift | within << axis
             }));
         }
-        let words = 8 << widths.iter().sum::<u32>();
+        let count = blocks[outer] << self.shifts[outer];
         // Both are all zero between scans.
-        self.passed.resize(words, 0);
-        self.hit.resize(words, 0);
+        self.passed.resize(8 * count, 0);
+        self.hit_slots.resize(count, 0);
         true
     }
 
@@ -85,7 +99,9 @@ impl WindowMarks {
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
-        (self.passed.capacity() + self.hit.capacity()) * 8
+        size_of::<u64>() * self.passed.capacity()
+            + size_of::<u32>() * self.hit_slots.capacity()
+            + size_of::<Bits>() * self.hit.capacity()
     }
 }
 
@@ -96,7 +112,12 @@ impl Marks for WindowMarks {
     fn hit(&mut self, key: Key) -> bool {
         let [x, y, z] = self.axes_of(key);
         let address = x | y | z;
-        let word = &mut self.hit[address as usize / 64];
+        let slot = &mut self.hit_slots[address as usize / 512];
+        if *slot == 0 {
+            self.hit.push([0; 8]);
+            *slot = self.hit.len() as u32;
+        }
+        let word = &mut self.hit[*slot as usize - 1][address as usize / 64 % 8];
         let bit = 1 << (address % 64);
         let new = *word & bit == 0;
         *word |= bit;
@@ -128,31 +149,33 @@ impl Marks for WindowMarks {
     }
 
     fn drain(&mut self, mut f: impl FnMut(Key, &Bits, &Bits)) {
-        for z in 0..self.blocks[2] {
-            for y in 0..self.blocks[1] {
-                let row = (y << self.shifts[1] | z << self.shifts[2]) * 8;
-                let words = row..row + self.blocks[0] * 8;
-                let passed = self.passed[words.clone()].as_chunks_mut::<8>().0;
-                let hit = self.hit[words].as_chunks_mut::<8>().0;
-                for (x, (passed, hit)) in passed.iter_mut().zip(hit).enumerate() {
-                    let mut any = 0;
-                    for (passed, &hit) in passed.iter_mut().zip(&*hit) {
-                        any |= *passed | hit;
-                        *passed &= !hit;
-                    }
-                    if any == 0 {
+        let [inner, middle, outer] = self.order;
+        let mut place = [0; 3];
+        for o in 0..self.blocks[outer] {
+            for m in 0..self.blocks[middle] {
+                (place[middle], place[outer]) = (m, o);
+                let first = m << self.shifts[middle] | o << self.shifts[outer];
+                let row = first..first + self.blocks[inner];
+                let passed = self.passed[8 * row.start..8 * row.end].as_chunks_mut::<8>().0;
+                for (i, (passed, slot)) in passed.iter_mut().zip(&mut self.hit_slots[row]).enumerate() {
+                    if *slot == 0 && *passed == [0; 8] {
                         continue;
                     }
+                    let hit = self.hit.get((*slot as usize).wrapping_sub(1)).unwrap_or(&[0; 8]);
+                    for (passed, &hit) in passed.iter_mut().zip(hit) {
+                        *passed &= !hit;
+                    }
                     // A window may reach beyond the map, its marks do not.
-                    let corner = [x, y, z].map(|block| block as i32 * 8);
-                    let corner: [i32; 3] = std::array::from_fn(|axis| self.base[axis] + corner[axis]);
+                    place[inner] = i;
+                    let corner: [i32; 3] =
+                        std::array::from_fn(|axis| self.base[axis] + place[axis] as i32 * 8);
                     if corner.iter().all(|index| (0..=i32::from(u16::MAX)).contains(index)) {
                         f(corner.map(|index| index as u16), passed, hit);
                     }
-                    *passed = [0; 8];
-                    *hit = [0; 8];
+                    (*passed, *slot) = ([0; 8], 0);
                 }
             }
         }
+        self.hit.clear();
     }
 }

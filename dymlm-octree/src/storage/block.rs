@@ -1,5 +1,6 @@
 use dymlm_core::Rgb;
 
+use super::cells::Cells;
 use super::colors::EntryColors;
 use super::{Bits, ENTRIES, NO_COLOR, has};
 use crate::occupancy_model::OccupancyModel;
@@ -12,13 +13,13 @@ pub(crate) struct Block {
     /// Largest log-odds of a known cell.
     pub(super) max: f32,
     pub(super) colors: EntryColors,
-    /// Log-odds; 0 where nothing is known.
-    pub(super) log_odds: [f32; ENTRIES],
+    /// Log-odds.
+    pub(super) cells: Cells,
 }
 
 impl Block {
     pub(super) const EMPTY: Self =
-        Self { known: [0; 8], max: f32::NEG_INFINITY, colors: EntryColors::NONE, log_odds: [0.0; ENTRIES] };
+        Self { known: [0; 8], max: f32::NEG_INFINITY, colors: EntryColors::NONE, cells: Cells::EMPTY };
 
     /// A block that is all one leaf.
     pub(super) fn filled(log_odds: f32, color: Rgb) -> Self {
@@ -26,19 +27,22 @@ impl Block {
             known: [u64::MAX; 8],
             max: log_odds,
             colors: EntryColors::filled(color),
-            log_odds: [log_odds; ENTRIES],
+            cells: Cells::filled(log_odds),
         }
     }
 
     /// The log-odds of a cell; `None` where nothing is known.
     #[inline]
     pub(super) fn cell(&self, entry: usize) -> Option<f32> {
-        has(&self.known, entry).then(|| self.log_odds[entry])
+        match &self.cells {
+            Cells::Few(table) => table.get(entry),
+            Cells::Many(values) => has(&self.known, entry).then(|| values[entry]),
+        }
     }
 
     /// Sets the log-odds of a cell; `None` forgets it, with its colour. `max` is left to [`Self::refresh`].
     pub(super) fn set(&mut self, entry: usize, log_odds: Option<f32>) {
-        self.log_odds[entry] = log_odds.unwrap_or(0.0);
+        self.cells.set(entry, log_odds);
         self.known[entry / 64] &= !(1 << (entry % 64));
         self.known[entry / 64] |= u64::from(log_odds.is_some()) << (entry % 64);
         if log_odds.is_none() {
@@ -53,56 +57,27 @@ impl Block {
     }
 
     fn add(&mut self, cells: &Bits, update: f32, model: &OccupancyModel) {
-        for ((&word, known), values) in
-            cells.iter().zip(&mut self.known).zip(self.log_odds.chunks_exact_mut(64))
-        {
-            *known |= word;
-            if word == u64::MAX {
-                for value in values {
-                    *value = model.updated(*value, update);
-                }
-                continue;
-            }
-            let mut rest = word;
-            while rest != 0 {
-                let value = &mut values[rest.trailing_zeros() as usize];
-                *value = model.updated(*value, update);
-                rest &= rest - 1;
-            }
+        if *cells == [0; 8] {
+            return;
         }
+        for (known, word) in self.known.iter_mut().zip(cells) {
+            *known |= word;
+        }
+        self.cells.change(cells, |value| model.updated(value, update));
     }
 
     /// Brings `max` up to date.
     pub(super) fn refresh(&mut self) {
-        let mut max = f32::NEG_INFINITY;
-        for (&known, values) in self.known.iter().zip(self.log_odds.chunks_exact(64)) {
-            if known == u64::MAX {
-                max = largest(values).max(max);
-            } else {
-                let mut rest = known;
-                while rest != 0 {
-                    max = values[rest.trailing_zeros() as usize].max(max);
-                    rest &= rest - 1;
-                }
-            }
-        }
-        self.max = max;
+        self.max = self.cells.settle(&self.known);
     }
 
     /// The one value of all cells, if there is one.
     pub(super) fn single_value(&self) -> Option<f32> {
-        let first = self.log_odds[0];
-        (self.known == [u64::MAX; 8] && self.log_odds.iter().all(|&value| value == first)).then_some(first)
+        (self.known == [u64::MAX; 8] && self.cells.all_same(0..ENTRIES)).then(|| self.cells.get(0))
     }
-}
 
-/// The largest of 64 values, in eight lanes.
-fn largest(values: &[f32]) -> f32 {
-    let mut lanes = [f32::NEG_INFINITY; 8];
-    for chunk in values.chunks_exact(8) {
-        for (lane, &value) in lanes.iter_mut().zip(chunk) {
-            *lane = if value > *lane { value } else { *lane };
-        }
+    /// Bytes of colours and log-odds on the heap.
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.colors.memory_bytes() + self.cells.memory_bytes()
     }
-    lanes.into_iter().fold(f32::NEG_INFINITY, f32::max)
 }

@@ -174,7 +174,7 @@ impl Branch {
                 Entry::Branch(branch) => Arc::make_mut(branch).map_values(f),
                 Entry::Block(block) => {
                     let block = Arc::make_mut(block);
-                    for_each_bit(&block.known, |entry| block.log_odds[entry] = f(block.log_odds[entry]));
+                    block.cells.change(&block.known, f);
                 }
             }
         }
@@ -186,7 +186,7 @@ impl Branch {
         for_each_bit(&self.children, |entry| {
             bytes += match &self.entries[entry] {
                 Entry::Unknown | Entry::Leaf(_) => 0,
-                Entry::Block(block) => super::shared_bytes::<Block>() + block.colors.memory_bytes(),
+                Entry::Block(block) => super::shared_bytes::<Block>() + block.memory_bytes(),
                 Entry::Branch(branch) => super::shared_bytes::<Self>() + branch.memory_bytes(),
             };
         });

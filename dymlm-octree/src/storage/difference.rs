@@ -26,7 +26,7 @@ fn compare_below(own: &Branch, other: &Branch, corner: Key, visit: &mut impl FnM
                 true
             }
             (Entry::Block(own), Entry::Block(other)) => {
-                Arc::ptr_eq(own, other) || (&own.known, &own.log_odds) == (&other.known, &other.log_odds)
+                Arc::ptr_eq(own, other) || (0..ENTRIES).all(|entry| own.cell(entry) == other.cell(entry))
             }
             (Entry::Leaf(own), Entry::Leaf(other)) => own == other,
             (Entry::Unknown, Entry::Unknown) => true,

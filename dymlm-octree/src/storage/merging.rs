@@ -47,7 +47,8 @@ impl Merging<'_> {
 
     fn add_block(self, ours: &mut Block, theirs: &Block) {
         for_each_bit(&theirs.known, |entry| {
-            ours.log_odds[entry] = self.model.clamped(ours.log_odds[entry] + theirs.log_odds[entry]);
+            let sum = ours.cells.get(entry) + theirs.cells.get(entry);
+            ours.cells.set(entry, Some(self.model.clamped(sum)));
         });
         for (ours, theirs) in ours.known.iter_mut().zip(&theirs.known) {
             *ours |= theirs;
@@ -78,10 +79,8 @@ impl Merging<'_> {
     }
 
     fn add_to_block(self, block: &mut Block, update: f32, color: Rgb) {
-        for value in &mut block.log_odds {
-            *value = self.model.clamped(*value + update);
-        }
         block.known = [u64::MAX; 8];
+        block.cells.change(&block.known, |value| self.model.clamped(value + update));
         if self.has_colors {
             for entry in 0..ENTRIES {
                 block.colors.set(entry, blended(block.colors.at(entry), color));

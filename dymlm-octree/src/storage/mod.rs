@@ -12,6 +12,7 @@
 
 mod block;
 mod branch;
+mod cells;
 mod colors;
 mod difference;
 mod filling;
@@ -46,14 +47,14 @@ pub(crate) type Bits = [u64; 8];
 pub(crate) const NO_COLOR: Rgb = [255; 3];
 
 /// The bits 0, 1, 2 of an index spread to the places 0, 3, 6.
-const SPREAD: [u16; 8] = [0, 1, 8, 9, 64, 65, 72, 73];
+const SPREAD: [usize; 8] = [0, 1, 8, 9, 64, 65, 72, 73];
 
 /// The entry of a node of the given level that covers a cell.
 #[inline]
 pub(crate) fn entry_of(key: Key, level: u8) -> usize {
-    let [x, y, z] =
-        key.map(|index| SPREAD[usize::from((u32::from(index) >> (3 * u32::from(level))) as u16 & 7)]);
-    usize::from(x | y << 1 | z << 2)
+    let [x, y, z] = key.map(|index| SPREAD[usize::from(index) >> (3 * level) & 7]);
+    // The remainder is the number itself; with it the compiler knows the range.
+    (x | y << 1 | z << 2) % ENTRIES
 }
 
 /// Bytes of something behind an `Arc`, with its two counts.

@@ -205,7 +205,7 @@ impl SavedBranch {
 
 impl SavedBlock {
     fn of(place: u8, block: &Block) -> Self {
-        let values = entries(&block.known).into_iter().map(|entry| block.log_odds[entry]).collect();
+        let values = entries(&block.known).into_iter().map(|entry| block.cells.get(entry)).collect();
         Self { place, known: block.known, values: Values::new(values), colors: block.colors.to_vec() }
     }
 }

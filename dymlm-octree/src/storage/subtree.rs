@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use dymlm_core::Rgb;
 
-use super::{Bits, Block, Branch, ENTRIES, Entry, NO_COLOR, ROOT_LEVEL, Tree, entry_of, has, mean_color};
+use super::{Bits, Block, Branch, ENTRIES, Entry, NO_COLOR, ROOT_LEVEL, Tree, entry_of, mean_color};
 use crate::lattice::{DEPTH, Key};
 
 /// One node of the octree that [`Tree`] stands for: `8^log8` neighbouring entries of one stored node.
@@ -101,12 +101,12 @@ impl<'a> Subtree<'a> {
     }
 
     #[inline]
-    fn entries(self) -> Range<usize> {
+    fn entries(&self) -> Range<usize> {
         let start = usize::from(self.start);
         start..start + (1 << (3 * self.log8))
     }
 
-    pub(crate) fn kind(self) -> Kind {
+    pub(crate) fn kind(&self) -> Kind {
         let entries = self.entries();
         match self.node {
             Node::Block(block) if self.log8 == 0 => {
@@ -114,9 +114,9 @@ impl<'a> Subtree<'a> {
             }
             Node::Block(block) => match self.coverage(&block.known) {
                 Coverage::None => Kind::Absent,
-                Coverage::All => leaf_or_inner(block.log_odds[entries.start], |first| {
-                    block.log_odds[entries].iter().all(|&value| value == first)
-                }),
+                Coverage::All => {
+                    leaf_or_inner(block.cells.get(entries.start), |_| block.cells.all_same(entries))
+                }
                 Coverage::Some => Kind::Inner,
             },
             Node::Branch(branch) => match (self.coverage(&branch.children), self.coverage(&branch.leaves)) {
@@ -141,14 +141,14 @@ impl<'a> Subtree<'a> {
     }
 
     /// OctoMap's value of an octree node: the largest log-odds below; `None` when nothing is known there.
-    pub(crate) fn max_log_odds(self) -> Option<f32> {
+    pub(crate) fn max_log_odds(&self) -> Option<f32> {
         let is_whole = self.log8 == Self::WHOLE;
         let max = match self.node {
             Node::Block(block) if is_whole => block.max,
             Node::Branch(branch) if is_whole => branch.max,
             Node::Block(block) => {
-                let known = self.entries().filter(|&entry| has(&block.known, entry));
-                known.fold(f32::NEG_INFINITY, |max, entry| max.max(block.log_odds[entry]))
+                let known = self.entries().filter_map(|entry| block.cell(entry));
+                known.fold(f32::NEG_INFINITY, f32::max)
             }
             Node::Branch(branch) => {
                 self.entries().fold(f32::NEG_INFINITY, |max, entry| max.max(branch.entry(entry).max()))
@@ -172,7 +172,7 @@ impl<'a> Subtree<'a> {
 
     /// Whether none, some or all of the entries have their bit set.
     #[inline]
-    fn coverage(self, bits: &Bits) -> Coverage {
+    fn coverage(&self, bits: &Bits) -> Coverage {
         let start = usize::from(self.start);
         let (bits, all) = match self.log8 {
             0 => (bits[start / 64] >> (start % 64) & 1, 1),
