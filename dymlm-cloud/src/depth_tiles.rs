@@ -9,6 +9,9 @@ pub(crate) struct DepthTiles {
     columns: usize,
     rows: usize,
     tiles: Vec<DepthRange>,
+    /// By columns, of the rows of one tile.
+    nearest: Vec<f32>,
+    farthest: Vec<f32>,
 }
 
 /// The readings of a tile or of several.
@@ -36,11 +39,25 @@ impl DepthTiles {
         self.rows = depth.height().div_ceil(TILE);
         self.tiles.clear();
         self.tiles.resize(self.columns * self.rows, DepthRange::NOTHING);
-        for (v, row) in depth.data().chunks_exact(depth.width()).enumerate() {
-            let tiles = &mut self.tiles[v / TILE * self.columns..][..self.columns];
-            for (tile, pixels) in tiles.iter_mut().zip(row.chunks(TILE)) {
-                let range = |range: DepthRange, &z: &f32| range.join(DepthRange { nearest: z, farthest: z });
-                *tile = pixels.iter().fold(*tile, range);
+        // First by columns, which the processor compares several at a time, then those of each tile.
+        let width = depth.width();
+        for (rows, tiles) in depth.data().chunks(TILE * width).zip(self.tiles.chunks_mut(self.columns)) {
+            let nothing = DepthRange::NOTHING;
+            self.nearest.clear();
+            self.nearest.resize(width, nothing.nearest);
+            self.farthest.clear();
+            self.farthest.resize(width, nothing.farthest);
+            for row in rows.chunks_exact(width) {
+                for ((&z, nearest), farthest) in row.iter().zip(&mut self.nearest).zip(&mut self.farthest) {
+                    *nearest = if z < *nearest { z } else { *nearest };
+                    *farthest = if z > *farthest { z } else { *farthest };
+                }
+            }
+            let columns = self.nearest.chunks(TILE).zip(self.farthest.chunks(TILE));
+            for (tile, (nearest, farthest)) in tiles.iter_mut().zip(columns) {
+                let ranges = nearest.iter().zip(farthest);
+                let ranges = ranges.map(|(&nearest, &farthest)| DepthRange { nearest, farthest });
+                *tile = ranges.fold(nothing, DepthRange::join);
             }
         }
     }
