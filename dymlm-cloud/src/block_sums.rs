@@ -1,5 +1,4 @@
-use crate::block_store::{BLOCK_CELLS, CellBits, put};
-use crate::direction::Direction;
+use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, put};
 use crate::frame_readings::Reading;
 use crate::voxel_records::FIELDS;
 
@@ -9,7 +8,7 @@ pub(crate) struct BlockSums {
     /// The voxels with readings.
     read: CellBits,
     /// By place, zero where there are no readings: the sums of the readings' weights, of weight times place
-    /// within the voxel, and of weight times colour; the last number is left for the frames.
+    /// within the voxel, and of weight times colour; then 1 for the frame.
     numbers: Vec<[u64; FIELDS]>,
 }
 
@@ -27,9 +26,22 @@ impl BlockSums {
         let weight = u64::from(reading.weight);
         put(&mut self.read, place);
         let numbers = &mut self.numbers[place];
-        for (number, factor) in numbers.iter_mut().zip([1, x, y, z, r, g, b, 0]) {
+        for (number, factor) in numbers.iter_mut().zip([1, x, y, z, r, g, b]) {
             *number += weight * u64::from(factor);
         }
+        numbers[FIELDS - 1] = 1;
+    }
+
+    /// Makes the numbers those whose addition takes the readings out.
+    pub(crate) fn negate(&mut self) {
+        for_each_bit(self.read, |place| {
+            self.numbers[place] = self.numbers[place].map(u64::wrapping_neg);
+        });
+    }
+
+    /// The voxels with readings.
+    pub(crate) fn read(&self) -> &CellBits {
+        &self.read
     }
 
     /// Takes out which voxels have readings.
@@ -37,14 +49,14 @@ impl BlockSums {
         std::mem::take(&mut self.read)
     }
 
-    /// Takes the numbers of a voxel out.
+    /// Sum of weights of the readings in a voxel.
+    pub(crate) fn weight(&self, place: usize) -> u64 {
+        self.numbers[place][0]
+    }
+
+    /// Takes out the numbers of a voxel.
     #[inline]
-    pub(crate) fn take(&mut self, place: usize, direction: Direction) -> [u64; FIELDS] {
-        let mut numbers = std::mem::take(&mut self.numbers[place]);
-        numbers[FIELDS - 1] = 1;
-        match direction {
-            Direction::Insert => numbers,
-            Direction::Remove => numbers.map(u64::wrapping_neg),
-        }
+    pub(crate) fn take(&mut self, place: usize) -> [u64; FIELDS] {
+        std::mem::take(&mut self.numbers[place])
     }
 }

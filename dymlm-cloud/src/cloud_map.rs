@@ -473,12 +473,13 @@ impl CloudMap {
         let (stamp, seen) = (self.stamp, self.kept.stamp());
         for (number, &slot) in self.readings.slots().iter().enumerate() {
             self.readings.for_each_in(number, |reading| self.sums.add(reading));
-            let read = self.sums.take_read();
-            report.voxels += count(&read);
-            self.evidence.read_voxels(self.voxels.keys()[slot], &read);
+            if direction == Direction::Remove {
+                self.sums.negate();
+            }
+            report.voxels += count(self.sums.read());
+            self.evidence.read_voxels(self.voxels.keys()[slot], self.sums.read());
             if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {
-                let numbers = |place| self.sums.take(place, direction);
-                report.new_voxels += block.add_frame(&read, are_colored, numbers);
+                report.new_voxels += block.add_frame(&mut self.sums, are_colored);
             }
         }
         self.voxel_count += report.new_voxels;

@@ -1,8 +1,9 @@
 use crate::block_store::{BlockStore, CellBits, count, put, union, without};
+use crate::block_sums::BlockSums;
 use crate::paging::record;
 use crate::places::Places;
 use crate::voxel::{Sums, Voxel};
-use crate::voxel_records::{FIELDS, VoxelRecords, insert_all};
+use crate::voxel_records::{VoxelRecords, insert_all};
 
 /// The voxels of a block of 8^3 places that are not empty, by their places.
 #[derive(Debug, Clone, Default)]
@@ -89,29 +90,20 @@ impl VoxelBlock {
         }
     }
 
-    /// Adds what a frame has read in the voxels at some places, and makes those that are not there yet; returns
-    /// how many these are. `numbers` gives what to add to the record of the voxel at a place. Arithmetic wraps.
-    pub(crate) fn add_frame(
-        &mut self,
-        read: &CellBits,
-        are_colored: bool,
-        mut numbers: impl FnMut(usize) -> [u64; FIELDS],
-    ) -> usize {
-        let new = without(*read, *self.places.cells());
+    /// Takes what a frame has read out of `sums` and adds it, and makes the voxels that are not there yet;
+    /// returns how many these are. Arithmetic wraps.
+    pub(crate) fn add_frame(&mut self, sums: &mut BlockSums, are_colored: bool) -> usize {
+        let read = sums.take_read();
+        let new = without(read, *self.places.cells());
         self.make_all(&new);
-        self.changed = union(self.changed, *read);
-        let Self { places, records, uncolored, .. } = self;
+        self.changed = union(self.changed, read);
         if !are_colored {
-            uncolored.resize(records.len(), 0);
+            self.uncolored.resize(self.records.len(), 0);
+            self.places.for_each(&read, |place, index| {
+                self.uncolored[index] = self.uncolored[index].wrapping_add(sums.weight(place));
+            });
         }
-        records.add_all(places, read, |place| {
-            let numbers = numbers(place);
-            if !are_colored {
-                let weight = &mut uncolored[places.rank(place)];
-                *weight = weight.wrapping_add(numbers[0]);
-            }
-            numbers
-        });
+        self.records.add_all(&self.places, &read, sums);
         count(&new)
     }
 
@@ -224,8 +216,6 @@ impl VoxelBlock {
 mod tests {
     use super::*;
     use crate::block_store::{BLOCK_CELLS, has};
-    use crate::block_sums::BlockSums;
-    use crate::direction::Direction;
     use crate::frame_readings::Reading;
 
     /// One reading.
@@ -262,9 +252,8 @@ mod tests {
                     expected.add(place, reading, u32::from(!has(&read, place)));
                     put(&mut read, place);
                 }
-                assert_eq!(sums.take_read(), read);
-                let numbers = |place| sums.take(place, Direction::Insert);
-                assert_eq!(block.add_frame(&read, are_colored, numbers), made);
+                assert_eq!(sums.read(), &read);
+                assert_eq!(block.add_frame(&mut sums, are_colored), made);
                 assert!(block.iter().eq(expected.iter()), "frame {frame}");
             }
             assert!(matches!(block.records, VoxelRecords::Medium(_)));

@@ -1,4 +1,5 @@
 use crate::block_store::{CellBits, count};
+use crate::block_sums::BlockSums;
 use crate::paging::record_of_cases;
 use crate::places::Places;
 use crate::voxel::SUMS;
@@ -95,30 +96,24 @@ impl VoxelRecords {
         }
     }
 
-    /// Adds to the numbers of several records, those with these ranks among places; `numbers` gives what to add
-    /// by place.
-    pub(crate) fn add_all(
-        &mut self,
-        places: &Places,
-        chosen: &CellBits,
-        mut numbers: impl FnMut(usize) -> [u64; FIELDS],
-    ) {
+    /// Takes the numbers of some places out of `sums`, and adds them to the records of these places.
+    pub(crate) fn add_all(&mut self, places: &Places, chosen: &CellBits, sums: &mut BlockSums) {
         let Self::Narrow(records) = self else {
-            return places.for_each(chosen, |place, index| self.add(index, &numbers(place)));
+            return places.for_each(chosen, |place, index| self.add(index, &sums.take(place)));
         };
-        // Those that do not fit are added in the end.
-        let mut others = Vec::new();
+        // Records that become too large are widened in the end.
+        let mut left = Vec::new();
         places.for_each(chosen, |place, index| {
-            let (record, numbers) = (&mut records[index], numbers(place));
+            let (record, numbers) = (&mut records[index], sums.take(place));
             let before = unpacked(*record);
             let sums = std::array::from_fn(|field| before[field].wrapping_add(numbers[field]));
             if union(&sums) <= NARROW {
                 *record = packed(&sums);
             } else {
-                others.push((index, numbers));
+                left.push((index, numbers));
             }
         });
-        for (index, numbers) in others {
+        for (index, numbers) in left {
             self.add(index, &numbers);
         }
     }
