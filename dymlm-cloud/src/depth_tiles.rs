@@ -10,6 +10,9 @@ const LARGE: usize = 4;
 pub(crate) struct DepthTiles {
     tiles: Tiles,
     large: Tiles,
+    /// Of the image, pixels.
+    width: f32,
+    height: f32,
     /// By columns, of the rows of one tile.
     nearest: Vec<f32>,
     farthest: Vec<f32>,
@@ -49,6 +52,7 @@ impl DepthRange {
 impl DepthTiles {
     /// Computes the tiles of an image.
     pub(crate) fn build(&mut self, depth: &DepthImage) {
+        (self.width, self.height) = (depth.width() as f32, depth.height() as f32);
         self.tiles.reset(depth.width(), depth.height(), TILE);
         self.large.reset(depth.width(), depth.height(), TILE * LARGE);
         // First by columns, which the processor compares several at a time, then those of each tile.
@@ -86,11 +90,15 @@ impl DepthTiles {
         self.tiles.range(columns, rows)
     }
 
-    /// As [`range`](Self::range), but of many pixels by large tiles, so that the range may be wider.
+    /// As [`range`](Self::range), but of many pixels by large tiles, so that the range may be wider; and the
+    /// tiles at the image's borders do not hide that pixels lie outside.
     pub(crate) fn rough_range(&self, columns: [f32; 2], rows: [f32; 2]) -> Option<DepthRange> {
         let is_large = [columns, rows].iter().all(|[first, last]| last - first > self.large.side);
         let tiles = if is_large { &self.large } else { &self.tiles };
-        tiles.range(columns, rows)
+        let range = tiles.range(columns, rows)?;
+        let is_inside = |[first, last]: [f32; 2], size: f32| first >= 0.0 && last <= size - 1.0;
+        let has_all = is_inside(columns, self.width) && is_inside(rows, self.height);
+        Some(if has_all { range } else { DepthRange { nearest: 0.0, ..range } })
     }
 }
 
@@ -146,5 +154,7 @@ mod tests {
         tiles.build(&wide);
         let rough = tiles.rough_range([70.0, 140.0], [0.0, 66.0]).unwrap();
         assert_eq!((rough.nearest, rough.farthest), (65.0, 1.0 + 79.0 * 200.0 + 191.0));
+        assert_eq!(tiles.range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 145.0);
+        assert_eq!(tiles.rough_range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 0.0);
     }
 }

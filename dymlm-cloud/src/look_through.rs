@@ -441,4 +441,29 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn parts_in_which_all_readings_agree_are_what_projecting_their_cells_finds() {
+        let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
+        let turn = Pose::new([0.3, -0.2, 0.1], [0.1, 0.2, 0.3, 0.927_361_849_549_570_4]).unwrap();
+        // Steps, and columns without a reading.
+        let depth = |pixel: usize| [1.0, 1.9, 2.2, 4.4, 0.0][pixel % 160 / 32] + (pixel / 160) as f32 / 500.0;
+        let depth = DepthImage::new(160, 120, (0..160 * 120).map(depth).collect()).unwrap();
+        let mut look = LookThrough::new(0.04, SensorModel::kinect());
+        look.take_view(&camera, &depth, &turn);
+        look.find_blocks();
+        let centers: Vec<[f32; 3]> = look.found.iter().map(|block| block.center).collect();
+        let mut agreed = 0;
+        for center in centers {
+            let tolerance = look.block_tolerance(center[2]);
+            let mut projected = CellBits::default();
+            for part in 0..PARTS {
+                let cells = look.part_looked_through(part, center, tolerance, &depth);
+                put_part(&mut projected, part, cells);
+                agreed += usize::from(cells == 0 || cells == u64::MAX);
+            }
+            assert_eq!(look.cells_looked_through(center, &depth), projected, "{center:?}");
+        }
+        assert!(agreed > 1000, "{agreed}");
+    }
 }
