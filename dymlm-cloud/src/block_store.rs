@@ -33,6 +33,12 @@ pub(crate) fn put(cells: &mut CellBits, index: usize) {
     cells[index / 64] |= 1 << (index % 64);
 }
 
+/// Number of cells whose bit is set.
+#[inline]
+pub(crate) fn count(cells: &CellBits) -> usize {
+    cells.iter().map(|word| word.count_ones() as usize).sum()
+}
+
 /// Calls `visit` for the index of each cell whose bit is set, by words.
 #[inline]
 pub(crate) fn for_each_bit(words: impl IntoIterator<Item = u64>, mut visit: impl FnMut(usize)) {
@@ -48,6 +54,12 @@ pub(crate) fn for_each_bit(words: impl IntoIterator<Item = u64>, mut visit: impl
 #[inline]
 pub(crate) fn without(cells: CellBits, others: CellBits) -> CellBits {
     std::array::from_fn(|word| cells[word] & !others[word])
+}
+
+/// The cells of both sets.
+#[inline]
+pub(crate) fn union(cells: CellBits, others: CellBits) -> CellBits {
+    std::array::from_fn(|word| cells[word] | others[word])
 }
 
 /// The place of a block on its lattice: three coordinates of 21 bits in one word, z first, so that the order

@@ -1,4 +1,4 @@
-use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
+use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, union, without};
 use crate::finding::{Counts, FINDINGS, Finding};
 use crate::packed_counts::PackedCounts;
 use crate::paging::{record, record_of_cases};
@@ -19,7 +19,8 @@ pub(crate) enum CellCounts {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Cells<N> {
-    counts: [[N; FINDINGS]; BLOCK_CELLS],
+    /// By finding, then by cell.
+    counts: [[N; BLOCK_CELLS]; FINDINGS],
     /// The cells in which a surface or a mover was read.
     read: CellBits,
 }
@@ -37,8 +38,8 @@ impl CellCounts {
     pub(crate) fn get(&self, index: usize) -> Counts {
         match self {
             Self::None => [0; FINDINGS],
-            Self::Narrow(cells) => cells.counts[index].map(u32::from),
-            Self::Wide(cells) => cells.counts[index],
+            Self::Narrow(cells) => cells.get(index),
+            Self::Wide(cells) => cells.get(index),
             Self::Packed(cells) => cells.get(index),
         }
     }
@@ -74,6 +75,15 @@ impl CellCounts {
         }
     }
 
+    /// Gives all cells counts that can be changed.
+    fn open(&mut self) {
+        match self {
+            Self::None => *self = Self::Narrow(Box::default()),
+            Self::Packed(_) => self.unpack(),
+            Self::Narrow(_) | Self::Wide(_) => {}
+        }
+    }
+
     fn unpack(&mut self) {
         let packed = std::mem::take(self);
         self.set(0, packed.get(0));
@@ -88,8 +98,8 @@ impl CellCounts {
     fn all(&self) -> [Counts; BLOCK_CELLS] {
         match self {
             Self::None => [[0; FINDINGS]; BLOCK_CELLS],
-            Self::Narrow(cells) => cells.counts.map(|cell| cell.map(u32::from)),
-            Self::Wide(cells) => cells.counts,
+            Self::Narrow(cells) => std::array::from_fn(|index| cells.get(index)),
+            Self::Wide(cells) => std::array::from_fn(|index| cells.get(index)),
             Self::Packed(packed) => {
                 let mut counts = [[0; FINDINGS]; BLOCK_CELLS];
                 packed.for_each(&[u64::MAX; BLOCK_CELLS / 64], |index, cell| counts[index] = cell);
@@ -101,33 +111,31 @@ impl CellCounts {
     /// Sets the counts of a cell; all cells have counts from then on.
     #[inline]
     pub(crate) fn set(&mut self, index: usize, counts: Counts) {
-        if matches!(self, Self::Packed(_)) {
-            self.unpack();
-        }
-        if self.is_empty() {
-            let counts = [[0; FINDINGS]; BLOCK_CELLS];
-            *self = Self::Narrow(Box::new(Cells { counts, read: CellBits::default() }));
-        }
+        self.open();
         if let Self::Narrow(cells) = self
             && counts.iter().any(|&count| count > u8::MAX.into())
         {
-            let counts = cells.counts.map(|cell| cell.map(u32::from));
+            let counts = cells.counts.map(|finding| finding.map(u32::from));
             *self = Self::Wide(Box::new(Cells { counts, read: cells.read }));
         }
-        let read = match self {
-            Self::None | Self::Packed(_) => return,
-            Self::Narrow(cells) => {
-                cells.counts[index] = counts.map(|count| count as u8);
-                &mut cells.read
-            }
-            Self::Wide(cells) => {
-                cells.counts[index] = counts;
-                &mut cells.read
-            }
-        };
-        let [surface, _, mover] = counts;
-        read[index / 64] &= !(1 << (index % 64));
-        read[index / 64] |= u64::from(surface | mover != 0) << (index % 64);
+        match self {
+            Self::None | Self::Packed(_) => {}
+            Self::Narrow(cells) => cells.set(index, counts.map(|count| count as u8)),
+            Self::Wide(cells) => cells.set(index, counts),
+        }
+    }
+
+    /// Adds 1 to a count of some cells.
+    pub(crate) fn add_one(&mut self, cells: &CellBits, finding: Finding) {
+        if *cells == CellBits::default() {
+            return;
+        }
+        self.open();
+        let mut others = *cells;
+        if let Self::Narrow(narrow) = self {
+            others = narrow.add_one(cells, finding);
+        }
+        for_each_bit(others, |index| _ = self.add(index, finding, 1));
     }
 
     /// Adds to a count of a cell; returns what it was.
@@ -172,9 +180,93 @@ impl CellCounts {
     }
 }
 
+impl<N: Copy + Default + Into<u32>> Cells<N> {
+    #[inline]
+    fn get(&self, index: usize) -> Counts {
+        self.counts.each_ref().map(|counts| counts[index].into())
+    }
+
+    #[inline]
+    fn set(&mut self, index: usize, counts: [N; FINDINGS]) {
+        for (place, count) in self.counts.iter_mut().zip(counts) {
+            place[index] = count;
+        }
+        let [surface, _, mover] = counts.map(Into::into);
+        self.read[index / 64] &= !(1 << (index % 64));
+        self.read[index / 64] |= u64::from(surface | mover != 0) << (index % 64);
+    }
+}
+
+impl<N: Copy + Default> Default for Cells<N> {
+    fn default() -> Self {
+        Self { counts: [[N::default(); BLOCK_CELLS]; FINDINGS], read: CellBits::default() }
+    }
+}
+
+impl Cells<u8> {
+    /// Adds 1 to a count of some cells, a row of eight at a time. Returns the cells that are left: those of
+    /// rows in which a count would not fit.
+    fn add_one(&mut self, cells: &CellBits, finding: Finding) -> CellBits {
+        let mut left = CellBits::default();
+        let (rows, _) = self.counts[finding as usize].as_chunks_mut::<8>();
+        for (index, row) in rows.iter_mut().enumerate() {
+            let (word, shift) = (index / 8, 8 * (index % 8));
+            let chosen = cells[word] >> shift & 0xFF;
+            let (counts, ones) = (u64::from_le_bytes(*row), bytes_of_bits(chosen));
+            if is_any_full(counts, ones) {
+                left[word] |= chosen << shift;
+            } else {
+                *row = (counts + ones).to_le_bytes();
+            }
+        }
+        if finding != Finding::LookedThrough {
+            self.read = union(self.read, without(*cells, left));
+        }
+        left
+    }
+}
+
+/// Eight bytes, each with the value of one of the lowest eight bits.
+#[inline]
+fn bytes_of_bits(bits: u64) -> u64 {
+    // Each byte gets its own bit of a copy of all eight, which then moves to the byte's lowest place.
+    let apart = (bits * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+    (apart + 0x7F7F_7F7F_7F7F_7F7F) >> 7 & 0x0101_0101_0101_0101
+}
+
+/// Whether any of eight bytes is 255 where the byte in `ones` is 1.
+#[inline]
+fn is_any_full(bytes: u64, ones: u64) -> bool {
+    let has_low_carry = (bytes & 0x7F7F_7F7F_7F7F_7F7F) + ones;
+    has_low_carry & bytes & 0x8080_8080_8080_8080 != 0
+}
+
 impl PartialEq for CellCounts {
     fn eq(&self, other: &Self) -> bool {
         self.is_empty() == other.is_empty()
             && (0..BLOCK_CELLS).all(|index| self.get(index) == other.get(index))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block_store::has;
+
+    #[test]
+    fn counts_of_many_cells_are_those_of_each_alone() {
+        let (mut together, mut alone) = (CellCounts::None, CellCounts::None);
+        for step in 0..700_u64 {
+            let cells: CellBits = std::array::from_fn(|word| {
+                (step / 90 * 8 + word as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1 << (step % 64)
+            });
+            let finding = if step % 5 > 0 { Finding::LookedThrough } else { Finding::Mover };
+            together.add_one(&cells, finding);
+            (0..BLOCK_CELLS).filter(|&index| has(&cells, index)).for_each(|index| {
+                alone.add(index, finding, 1);
+            });
+            assert_eq!((&together, together.read()), (&alone, alone.read()), "{step}");
+        }
+        assert!(matches!(together, CellCounts::Wide(_)));
     }
 }

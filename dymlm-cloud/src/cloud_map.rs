@@ -1,16 +1,17 @@
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
-use crate::block_store::{BlockKey, BlockStore, has, put, split};
+use crate::block_store::{BlockKey, BlockStore, count};
+use crate::block_sums::BlockSums;
 use crate::direction::Direction;
 use crate::evidence::Evidence;
 use crate::fixed_point::{FixedPointFrame, PixelRow, ray_length};
+use crate::frame_readings::FrameReadings;
 use crate::scan::Scan;
 use crate::support::Support;
 use crate::thinning::Thinning;
-use crate::touched_blocks::{TouchedBlock, TouchedBlocks};
 use crate::verdict::Verdict;
 use crate::verdicts::SharedKept;
-use crate::voxel::{SUBVOXELS, Sums};
+use crate::voxel::SUBVOXELS;
 use crate::voxel_block::VoxelBlock;
 use crate::weighting::Weighting;
 use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
@@ -66,21 +67,10 @@ pub struct CloudMap {
     pub(crate) stamp: u32,
     row: PixelRow,
     ray_x: Vec<f32>,
-    /// The voxels that the row's readings fall into.
-    targets: Vec<Target>,
-    /// The blocks that the current frame touches.
-    touched: TouchedBlocks,
-}
-
-/// The voxel of readings that are side by side in a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Target {
-    /// Their first column and the one after the last; pixels between them without a reading have weight 0.
-    columns: [u32; 2],
-    /// Index of its block among the touched blocks.
-    touched: u32,
-    /// Its place in the block.
-    place: u16,
+    /// The readings of the current frame.
+    readings: FrameReadings,
+    /// Those in one block.
+    sums: BlockSums,
 }
 
 /// What a frame has done to the map.
@@ -150,8 +140,8 @@ impl CloudMap {
             stamp: 0,
             row: PixelRow::default(),
             ray_x: Vec::new(),
-            targets: Vec::new(),
-            touched: TouchedBlocks::default(),
+            readings: FrameReadings::default(),
+            sums: BlockSums::default(),
         })
     }
 
@@ -394,7 +384,7 @@ impl CloudMap {
     fn begin_frame(&mut self, timestamp: f64, direction: Direction) {
         self.evidence.begin_frame(timestamp);
         self.frames = self.frames.wrapping_add(direction.unit());
-        self.touched.clear();
+        self.readings.clear();
         self.next_stamp();
     }
 
@@ -406,12 +396,9 @@ impl CloudMap {
         direction: Direction,
     ) -> CloudFrameReport {
         self.begin_frame(scan.timestamp, direction);
-        let mut report = CloudFrameReport::default();
         lattice.fill_points(&mut self.row, scan.points);
-        self.find_voxels_of_row(&mut report);
-        self.add_row(None, direction, &mut report);
-        self.touched.put_back(&mut self.voxels);
-        self.voxel_count += report.new_voxels;
+        self.sort_row();
+        let report = self.add_blocks(false, direction);
         self.evidence.count_scan(scan, direction);
         report
     }
@@ -452,7 +439,6 @@ impl CloudMap {
         lattice: &FixedPointFrame,
         direction: Direction,
     ) -> CloudFrameReport {
-        let mut report = CloudFrameReport::default();
         let (width, inverse_fy) = (frame.camera().width(), 1.0 / frame.camera().fy());
         for (v, depths) in frame.depth().data().chunks_exact(width).enumerate() {
             let pixels = v * width..(v + 1) * width;
@@ -464,75 +450,40 @@ impl CloudMap {
                 ray_y,
                 &self.ray_x,
                 depths,
+                colors,
                 masks.map(|masks| masks.static_mask()),
             );
-            self.find_voxels_of_row(&mut report);
-            self.add_row(colors, direction, &mut report);
+            self.sort_row();
             if let Some(masks) = masks {
                 self.note_unmapped(&masks, v, depths);
             }
         }
-        self.touched.put_back(&mut self.voxels);
+        self.add_blocks(frame.color().is_some(), direction)
+    }
+
+    /// Sorts the readings of the row by the blocks of voxels that they lie in.
+    fn sort_row(&mut self) {
+        let voxels = &mut self.voxels;
+        self.readings.extend(self.row.readings(), |key| voxels.slot_or_insert(key));
+    }
+
+    /// Adds the frame's readings to the voxels, block by block, and notes in the evidence what was read.
+    fn add_blocks(&mut self, are_colored: bool, direction: Direction) -> CloudFrameReport {
+        let mut report = CloudFrameReport { readings: self.readings.len(), ..CloudFrameReport::default() };
+        let (stamp, seen) = (self.stamp, self.kept.stamp());
+        for (number, &slot) in self.readings.slots().iter().enumerate() {
+            self.readings.for_each_in(number, |reading| self.sums.add(reading));
+            if direction == Direction::Remove {
+                self.sums.negate();
+            }
+            report.voxels += count(self.sums.read());
+            self.evidence.read_voxels(self.voxels.keys()[slot], self.sums.read());
+            if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {
+                report.new_voxels += block.add_frame(&mut self.sums, are_colored);
+            }
+        }
         self.voxel_count += report.new_voxels;
         report
-    }
-
-    /// Finds or makes the voxel of each reading of the row. This is separate from adding to the voxels, so
-    /// that the processor can fetch many of them at a time: waiting for them is most of the work.
-    fn find_voxels_of_row(&mut self, report: &mut CloudFrameReport) {
-        self.targets.clear();
-        let seen = self.kept.stamp();
-        let mut last: Option<([i32; 3], BlockKey, u32)> = None;
-        for (u, &weight) in self.row.weight.iter().enumerate() {
-            if weight == 0 {
-                continue;
-            }
-            report.readings += 1;
-            let cell = self.row.cell(u);
-            if let (Some((last_cell, ..)), Some(target)) = (last, self.targets.last_mut())
-                && last_cell == cell
-            {
-                target.columns[1] = u as u32 + 1;
-                continue;
-            }
-            let (block, place) = split(cell);
-            let key = BlockKey::new(block);
-            let touched = match last {
-                Some((_, last_key, touched)) if last_key == key => touched,
-                _ => self.touched.touch(&mut self.voxels, key, self.stamp, seen),
-            };
-            last = Some((cell, key, touched));
-            let Some(TouchedBlock { block, .. }) = self.touched.get_mut(touched) else { continue };
-            report.new_voxels += usize::from(block.make(place));
-            let columns = [u as u32, u as u32 + 1];
-            self.targets.push(Target { columns, touched, place: place as u16 });
-        }
-    }
-
-    fn add_row(&mut self, colors: Option<&[Rgb]>, direction: Direction, report: &mut CloudFrameReport) {
-        for target in &self.targets {
-            let [first, end] = target.columns.map(|column| column as usize);
-            let mut readings = Sums::default();
-            for u in first..end {
-                let color = colors.and_then(|colors| colors.get(u)).copied();
-                readings.add(&Sums::of(self.row.weight[u].into(), self.row.within_cell(u), color));
-            }
-            if direction == Direction::Remove {
-                readings = readings.negated();
-            }
-            let Some(TouchedBlock { block, read, .. }) = self.touched.get_mut(target.touched) else {
-                continue;
-            };
-            let place = target.place.into();
-            let is_first = !has(read, place);
-            block.add(place, readings, if is_first { direction.unit() } else { 0 });
-            if is_first {
-                put(read, place);
-                put(&mut block.changed, place);
-                report.voxels += 1;
-                self.evidence.read(self.row.cell(first));
-            }
-        }
     }
 
     /// Notes the cells of the evidence that were read without being mapped: as a mover, or as something new.
@@ -551,17 +502,13 @@ impl CloudMap {
     pub(crate) fn is_overdrawn(&self) -> bool {
         self.frames > u32::MAX / 2
             || self.evidence.is_overdrawn()
-            || self
-                .touched
-                .iter()
-                .filter_map(|touched| Some((self.voxels.blocks().get(touched.slot)?, &touched.read)))
-                .any(|(block, read)| block.is_overdrawn(read))
+            || self.readings.slots().iter().any(|&slot| self.voxels.blocks()[slot].is_overdrawn())
     }
 
     /// Drops the voxels that the last removal has emptied.
     pub(crate) fn drop_empty_voxels(&mut self) {
-        for touched in self.touched.iter() {
-            if let Some(block) = self.voxels.block_mut(touched.slot) {
+        for &slot in self.readings.slots() {
+            if let Some(block) = self.voxels.block_mut(slot) {
                 block.lowered = self.stamp;
                 self.voxel_count -= block.drop_empty();
             }

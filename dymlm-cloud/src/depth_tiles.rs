@@ -1,14 +1,30 @@
 use dymlm_core::DepthImage;
 
-/// Side of a tile, pixels.
-pub(crate) const TILE: usize = 16;
+/// Side of a tile, pixels: most blocks are settled by a few tiles.
+const TILE: usize = 16;
+/// Tiles along the side of a large tile.
+const LARGE: usize = 4;
 
-/// Nearest and farthest reading of each tile of 16x16 pixels: most blocks are settled by a few tiles.
+/// Nearest and farthest reading of each tile of 16x16 pixels, and of each large tile of 64x64.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct DepthTiles {
+    tiles: Tiles,
+    large: Tiles,
+    /// Of the image, pixels.
+    width: f32,
+    height: f32,
+    /// By columns, of the rows of one tile.
+    nearest: Vec<f32>,
+    farthest: Vec<f32>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Tiles {
+    /// Side of a tile, pixels.
+    side: f32,
     columns: usize,
     rows: usize,
-    tiles: Vec<DepthRange>,
+    ranges: Vec<DepthRange>,
 }
 
 /// The readings of a tile or of several.
@@ -25,30 +41,77 @@ impl DepthRange {
 
     #[inline]
     fn join(self, other: Self) -> Self {
-        Self { nearest: self.nearest.min(other.nearest), farthest: self.farthest.max(other.farthest) }
+        // Readings are numbers, so that this needs no more than two instructions, unlike `min` and `max`.
+        Self {
+            nearest: if other.nearest < self.nearest { other.nearest } else { self.nearest },
+            farthest: if other.farthest > self.farthest { other.farthest } else { self.farthest },
+        }
     }
 }
 
 impl DepthTiles {
     /// Computes the tiles of an image.
     pub(crate) fn build(&mut self, depth: &DepthImage) {
-        self.columns = depth.width().div_ceil(TILE);
-        self.rows = depth.height().div_ceil(TILE);
-        self.tiles.clear();
-        self.tiles.resize(self.columns * self.rows, DepthRange::NOTHING);
-        for (v, row) in depth.data().chunks_exact(depth.width()).enumerate() {
-            let tiles = &mut self.tiles[v / TILE * self.columns..][..self.columns];
-            for (tile, pixels) in tiles.iter_mut().zip(row.chunks(TILE)) {
-                let range = |range: DepthRange, &z: &f32| range.join(DepthRange { nearest: z, farthest: z });
-                *tile = pixels.iter().fold(*tile, range);
+        (self.width, self.height) = (depth.width() as f32, depth.height() as f32);
+        self.tiles.reset(depth.width(), depth.height(), TILE);
+        self.large.reset(depth.width(), depth.height(), TILE * LARGE);
+        // First by columns, which the processor compares several at a time, then those of each tile.
+        let width = depth.width();
+        let columns = self.tiles.columns;
+        for (rows, tiles) in depth.data().chunks(TILE * width).zip(self.tiles.ranges.chunks_mut(columns)) {
+            let nothing = DepthRange::NOTHING;
+            self.nearest.clear();
+            self.nearest.resize(width, nothing.nearest);
+            self.farthest.clear();
+            self.farthest.resize(width, nothing.farthest);
+            for row in rows.chunks_exact(width) {
+                for ((&z, nearest), farthest) in row.iter().zip(&mut self.nearest).zip(&mut self.farthest) {
+                    *nearest = if z < *nearest { z } else { *nearest };
+                    *farthest = if z > *farthest { z } else { *farthest };
+                }
             }
+            let columns = self.nearest.chunks(TILE).zip(self.farthest.chunks(TILE));
+            for (tile, (nearest, farthest)) in tiles.iter_mut().zip(columns) {
+                let ranges = nearest.iter().zip(farthest);
+                let ranges = ranges.map(|(&nearest, &farthest)| DepthRange { nearest, farthest });
+                *tile = ranges.fold(nothing, DepthRange::join);
+            }
+        }
+        for (index, &range) in self.tiles.ranges.iter().enumerate() {
+            let (column, row) = (index % columns, index / columns);
+            let large = &mut self.large.ranges[row / LARGE * self.large.columns + column / LARGE];
+            *large = large.join(range);
         }
     }
 
     /// The range of the readings in all tiles that touch the pixels [left, right] x [top, bottom]; `None`
     /// when there are no such pixels. Outside the image there is no reading.
-    pub(crate) fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
-        let tile_of = |pixel: f32| ((pixel + 0.5) / TILE as f32).floor();
+    pub(crate) fn range(&self, columns: [f32; 2], rows: [f32; 2]) -> Option<DepthRange> {
+        self.tiles.range(columns, rows)
+    }
+
+    /// As [`range`](Self::range), but of many pixels by large tiles, so that the range may be wider; and the
+    /// tiles at the image's borders do not hide that pixels lie outside.
+    pub(crate) fn rough_range(&self, columns: [f32; 2], rows: [f32; 2]) -> Option<DepthRange> {
+        let is_large = [columns, rows].iter().all(|[first, last]| last - first > self.large.side);
+        let tiles = if is_large { &self.large } else { &self.tiles };
+        let range = tiles.range(columns, rows)?;
+        let is_inside = |[first, last]: [f32; 2], size: f32| first >= 0.0 && last <= size - 1.0;
+        let has_all = is_inside(columns, self.width) && is_inside(rows, self.height);
+        Some(if has_all { range } else { DepthRange { nearest: 0.0, ..range } })
+    }
+}
+
+impl Tiles {
+    fn reset(&mut self, width: usize, height: usize, side: usize) {
+        (self.columns, self.rows) = (width.div_ceil(side), height.div_ceil(side));
+        self.side = side as f32;
+        self.ranges.clear();
+        self.ranges.resize(self.columns * self.rows, DepthRange::NOTHING);
+    }
+
+    fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
+        let tile_of = |pixel: f32| ((pixel + 0.5) / self.side).floor();
         let (first_column, last_column) = (tile_of(left), tile_of(right));
         let (first_row, last_row) = (tile_of(top), tile_of(bottom));
         let (columns, rows) = (self.columns as f32, self.rows as f32);
@@ -61,7 +124,7 @@ impl DepthTiles {
         }
         let columns = first_column.max(0.0) as usize..=(last_column as usize).min(self.columns - 1);
         for row in first_row.max(0.0) as usize..=(last_row as usize).min(self.rows - 1) {
-            let tiles = &self.tiles[row * self.columns..][..self.columns];
+            let tiles = &self.ranges[row * self.columns..][..self.columns];
             range = tiles[columns.clone()].iter().fold(range, |range, &tile| range.join(tile));
         }
         Some(range)
@@ -87,5 +150,11 @@ mod tests {
         assert_eq!(range(-9.0, 1.0).nearest, 0.0);
         assert!(tiles.range([-30.0, -1.0], [0.0, 3.0]).is_none());
         assert!(tiles.range([48.0, 60.0], [0.0, 3.0]).is_none());
+        let wide = DepthImage::new(200, 80, (0..200 * 80).map(|pixel| 1.0 + pixel as f32).collect()).unwrap();
+        tiles.build(&wide);
+        let rough = tiles.rough_range([70.0, 140.0], [0.0, 66.0]).unwrap();
+        assert_eq!((rough.nearest, rough.farthest), (65.0, 1.0 + 79.0 * 200.0 + 191.0));
+        assert_eq!(tiles.range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 145.0);
+        assert_eq!(tiles.rough_range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 0.0);
     }
 }

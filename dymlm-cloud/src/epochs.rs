@@ -282,6 +282,17 @@ impl Period {
         direction == Direction::Remove && before == 0
     }
 
+    /// Counts a finding in some cells; returns whether more is taken out than was put in, in any of them.
+    pub(crate) fn count_all(&mut self, cells: &CellBits, finding: Finding, direction: Direction) -> bool {
+        if direction == Direction::Insert {
+            self.cells.add_one(cells, finding);
+            return false;
+        }
+        let mut is_overdrawn = false;
+        for_each_bit(*cells, |index| is_overdrawn |= self.count(index, finding, direction));
+        is_overdrawn
+    }
+
     /// Calls `visit` for all of the cells that have counts, and perhaps for some that have none.
     fn for_each(&self, cells: &CellBits, mut visit: impl FnMut(usize, Support)) {
         if self.looked_through == 0 {

@@ -1,7 +1,7 @@
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, for_each_bit, has, put, split, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, BlockStore, CellBits, Retained, has, put, split, without,
 };
 use crate::direction::Direction;
 use crate::epochs::{Epochs, epoch_of};
@@ -43,6 +43,16 @@ pub(crate) struct Evidence {
     reads: FrameReads,
     /// Whether the current frame has taken out more than was put in.
     is_overdrawn: bool,
+}
+
+/// How cells divide a block of voxels; the block may also be a part of one cell.
+struct CellsInBlock {
+    /// Cells along the side of the block.
+    count: usize,
+    /// Voxels of the block along the side of a cell.
+    side: usize,
+    /// The voxels of the first cell in a layer, which is a word of eight rows.
+    square: u64,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -118,6 +128,22 @@ impl Evidence {
     #[inline]
     pub(crate) fn read(&mut self, voxel: [i32; 3]) {
         self.note(voxel, |block| &mut block.surfaces);
+    }
+
+    /// Notes that the current frame has read surfaces in these voxels of a block of voxels.
+    pub(crate) fn read_voxels(&mut self, voxels: BlockKey, read: &CellBits) {
+        let (block, first) = self.cell_of(voxels.cell(0));
+        let CellsInBlock { count, side, square } = self.cells_in_block();
+        let key = BlockKey::new(block);
+        let surfaces = &mut self.reads.of_block(key, || self.blocks.slot_or_insert(key)).surfaces;
+        for z in 0..count {
+            let layer = read[z * side..(z + 1) * side].iter().fold(0, |layer, word| layer | word);
+            for (x, y) in (0..count).flat_map(|y| (0..count).map(move |x| (x, y))) {
+                if layer & square << (side * (BLOCK_SIDE * y + x)) != 0 {
+                    put(surfaces, first + (z << 6 | y << 3 | x));
+                }
+            }
+        }
     }
 
     /// Notes that the current frame has read a mover in `voxel`.
@@ -199,11 +225,7 @@ impl Evidence {
     /// The voxels of a block of voxels that lie in these cells of the evidence's block around it.
     pub(crate) fn voxels_in(&self, cells: &CellBits, voxels: BlockKey) -> CellBits {
         let (_, first) = self.cell_of(voxels.cell(0));
-        // Cells along the side of the block of voxels, and voxels of the block along the side of a cell.
-        let (count, side) = (BLOCK_SIDE >> self.cell_shift.min(3), 1 << self.cell_shift.min(3));
-        // The voxels of one cell in a layer, which is a word of eight rows.
-        let row = 0xFF >> (BLOCK_SIDE - side);
-        let square = (0..side).fold(0, |square, y| square | row << (BLOCK_SIDE * y));
+        let CellsInBlock { count, side, square } = self.cells_in_block();
         let mut inside = CellBits::default();
         for z in 0..count {
             let in_layer = (0..count).flat_map(|y| (0..count).map(move |x| (y, x)));
@@ -212,6 +234,13 @@ impl Evidence {
             inside[z * side..(z + 1) * side].fill(layer);
         }
         inside
+    }
+
+    fn cells_in_block(&self) -> CellsInBlock {
+        let (count, side) = (BLOCK_SIDE >> self.cell_shift.min(3), 1 << self.cell_shift.min(3));
+        let row = 0xFF >> (BLOCK_SIDE - side);
+        let square = (0..side).fold(0, |square, y| square | row << (BLOCK_SIDE * y));
+        CellsInBlock { count, side, square }
     }
 
     /// The blocks of voxels in a block of cells: the lowest of them, and how many there are along a side.
@@ -369,8 +398,8 @@ impl EvidenceBlock {
     fn count_readings(&mut self, reads: &BlockReads, epoch: i32, direction: Direction) -> bool {
         let movers = without(reads.movers, reads.surfaces);
         let period = self.epochs.period_mut(epoch);
-        any_bit(reads.surfaces, |index| period.count(index, Finding::Surface, direction))
-            | any_bit(movers, |index| period.count(index, Finding::Mover, direction))
+        period.count_all(&reads.surfaces, Finding::Surface, direction)
+            | period.count_all(&movers, Finding::Mover, direction)
     }
 
     fn count_looked_through(
@@ -391,8 +420,7 @@ impl EvidenceBlock {
         if cells == CellBits::default() {
             return false;
         }
-        let period = self.epochs.period_mut(epoch);
-        any_bit(cells, |index| period.count(index, Finding::LookedThrough, direction))
+        self.epochs.period_mut(epoch).count_all(&cells, Finding::LookedThrough, direction)
     }
 
     /// What the counts say of the cell with this index.
@@ -424,11 +452,4 @@ impl EvidenceBlock {
     pub(crate) fn may_be_read(&self) -> bool {
         self.epochs.has_cells()
     }
-}
-
-/// Calls `count` for each set bit, without stopping early; returns whether any call returned true.
-fn any_bit(cells: CellBits, mut count: impl FnMut(usize) -> bool) -> bool {
-    let mut any = false;
-    for_each_bit(cells, |index| any |= count(index));
-    any
 }

@@ -1,5 +1,7 @@
-use dymlm_core::{Mask, PinholeCamera, Point, Pose};
+use dymlm_core::{Mask, PinholeCamera, Point, Pose, Rgb};
 
+use crate::block_store::split;
+use crate::frame_readings::Reading;
 use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 use crate::voxel::{SUBVOXEL_BITS, SUBVOXELS};
 use crate::weighting::Weighting;
@@ -14,7 +16,9 @@ pub(crate) struct PixelRow {
     x: Vec<i32>,
     y: Vec<i32>,
     z: Vec<i32>,
-    pub(crate) weight: Vec<u32>,
+    weight: Vec<u32>,
+    /// Black where there are none.
+    colors: Vec<Rgb>,
 }
 
 impl PixelRow {
@@ -24,10 +28,21 @@ impl PixelRow {
         [self.x[u], self.y[u], self.z[u]].map(|c| c >> SUBVOXEL_BITS)
     }
 
-    /// The place within its voxel of the reading in column `u`, 1/256 voxel.
-    #[inline]
-    pub(crate) fn within_cell(&self, u: usize) -> [u64; 3] {
-        [self.x[u], self.y[u], self.z[u]].map(|c| (c & (SUBVOXELS - 1)) as u64)
+    fn set_colors(&mut self, colors: Option<&[Rgb]>, width: usize) {
+        self.colors.clear();
+        self.colors.extend_from_slice(colors.unwrap_or(&[]));
+        self.colors.resize(width, Rgb::default());
+    }
+
+    /// The readings, each with the coordinates of its block of voxels.
+    pub(crate) fn readings(&self) -> impl Iterator<Item = ([i32; 3], Reading)> {
+        let pixels = self.weight.iter().zip(&self.x).zip(&self.y).zip(&self.z).zip(&self.colors);
+        let used = pixels.filter(|((((weight, _), _), _), _)| **weight > 0);
+        used.map(|((((&weight, &x), &y), &z), &color)| {
+            let (block, cell) = split([x, y, z].map(|c| c >> SUBVOXEL_BITS));
+            let within = [x, y, z].map(|c| (c & (SUBVOXELS - 1)) as u8);
+            (block, Reading { weight, place: cell as u16, within, color })
+        })
     }
 }
 
@@ -66,6 +81,7 @@ impl FixedPointFrame {
 
     /// Fills `row` with the pixels of row `v`, whose (v - cy) / fy is `ray_y`. `ray_x` holds (u - cx) / fx of
     /// each column; pixels that are not static, have no reading or are out of range get weight 0.
+    #[expect(clippy::too_many_arguments, reason = "what belongs to a row of the frame")]
     pub(crate) fn fill(
         &self,
         row: &mut PixelRow,
@@ -73,6 +89,7 @@ impl FixedPointFrame {
         ray_y: f32,
         ray_x: &[f32],
         depths: &[f32],
+        colors: Option<&[Rgb]>,
         static_mask: Option<&Mask>,
     ) {
         let width = depths.len();
@@ -80,6 +97,7 @@ impl FixedPointFrame {
             buffer.resize(width, 0);
         }
         row.weight.resize(width, 0);
+        row.set_colors(colors, width);
         let [right, down, forward] = self.columns;
         for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {
             let base = down[axis] * ray_y + forward[axis];
@@ -107,6 +125,7 @@ impl FixedPointFrame {
                 origin.wrapping_add(round_to_i32(right[axis] * x + down[axis] * y + forward[axis] * z))
             }));
         }
+        row.set_colors(None, points.len());
         row.weight.clear();
         row.weight.extend(points.iter().map(|&point| self.weighting.weight(range(point))));
     }

@@ -1,12 +1,14 @@
 use crate::block_store::{BlockKey, CellBits};
+use crate::slot_numbers::SlotNumbers;
 
 /// Which cells of the evidence the current frame has read, block by block.
 #[derive(Debug, Default)]
 pub(crate) struct FrameReads {
+    /// Numbers of the blocks, by their slots.
+    numbers: SlotNumbers,
+    /// By these numbers.
     blocks: Vec<BlockReads>,
-    /// By slot of a block: 1 + the block's place in `blocks`, or 0.
-    places: Vec<u32>,
-    /// The block read last, and its place.
+    /// The block read last, and its number.
     last: Option<(BlockKey, usize)>,
 }
 
@@ -30,29 +32,25 @@ impl FrameReads {
     #[inline]
     pub(crate) fn of_block(&mut self, key: BlockKey, find_slot: impl FnOnce() -> usize) -> &mut BlockReads {
         // Neighbouring readings mostly share a block.
-        let place = match self.last {
-            Some((last, place)) if last == key => place,
-            _ => self.find(find_slot()),
+        let number = match self.last {
+            Some((last, number)) if last == key => number,
+            _ => self.number(find_slot()),
         };
-        self.last = Some((key, place));
-        &mut self.blocks[place]
+        self.last = Some((key, number));
+        &mut self.blocks[number]
     }
 
-    fn find(&mut self, slot: usize) -> usize {
-        if slot >= self.places.len() {
-            self.places.resize(slot + 1, 0);
-        }
-        if self.places[slot] == 0 {
+    fn number(&mut self, slot: usize) -> usize {
+        let number = self.numbers.number_or_insert(slot);
+        if number == self.blocks.len() {
             self.blocks.push(BlockReads { slot, ..BlockReads::default() });
-            self.places[slot] = self.blocks.len() as u32;
         }
-        self.places[slot] as usize - 1
+        number
     }
 
     /// What was read in the block of a slot; `None` when nothing was.
     pub(crate) fn at(&self, slot: usize) -> Option<&BlockReads> {
-        let place = (*self.places.get(slot)? as usize).checked_sub(1)?;
-        self.blocks.get(place)
+        self.blocks.get(self.numbers.number(slot)?)
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &BlockReads> {
@@ -61,9 +59,8 @@ impl FrameReads {
 
     /// Forgets everything, before another frame.
     pub(crate) fn clear(&mut self) {
-        for block in self.blocks.drain(..) {
-            self.places[block.slot] = 0;
-        }
+        self.numbers.clear();
+        self.blocks.clear();
         self.last = None;
     }
 }

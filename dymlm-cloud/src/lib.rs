@@ -5,6 +5,7 @@
 
 mod block_changes;
 mod block_store;
+mod block_sums;
 mod body_motion;
 mod cell_counts;
 mod changes;
@@ -18,6 +19,7 @@ mod evidence;
 mod finding;
 mod fixed_point;
 mod forgetting;
+mod frame_readings;
 mod frame_reads;
 mod free_space;
 mod look_through;
@@ -34,11 +36,11 @@ mod rounding;
 mod saved_state;
 mod scan;
 mod slot_index;
+mod slot_numbers;
 mod stamps;
 mod static_cloud;
 mod support;
 mod thinning;
-mod touched_blocks;
 mod verdict;
 mod verdicts;
 mod voxel;

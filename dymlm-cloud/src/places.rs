@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use crate::block_store::{BLOCK_CELLS, CellBits, has, put};
+use crate::block_store::{BLOCK_CELLS, CellBits, count, has, put};
 use crate::paging::record;
 
 /// Some cells of a block, each with its rank: the number of these cells before it.
@@ -29,7 +29,7 @@ impl Places {
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.cells.iter().map(|word| word.count_ones() as usize).sum()
+        count(&self.cells)
     }
 
     #[inline]

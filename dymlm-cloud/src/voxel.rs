@@ -31,23 +31,6 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// One reading of `weight` at a position within the voxel.
-    #[inline]
-    pub(crate) fn of(weight: u64, within: [u64; 3], color: Option<Rgb>) -> Self {
-        Self {
-            weight,
-            position: within.map(|c| weight.wrapping_mul(c)),
-            color: color.unwrap_or_default().map(|c| weight.wrapping_mul(c.into())),
-            uncolored: if color.is_none() { weight } else { 0 },
-        }
-    }
-
-    #[inline]
-    pub(crate) fn add(&mut self, other: &Self) {
-        let (ours, theirs) = (self.to_array(), other.to_array());
-        *self = Self::from_array(std::array::from_fn(|k| ours[k].wrapping_add(theirs[k])));
-    }
-
     /// The sums whose addition takes these out.
     pub(crate) fn negated(self) -> Self {
         Self::from_array(self.to_array().map(u64::wrapping_neg))

@@ -1,8 +1,9 @@
-use crate::block_store::{BlockStore, CellBits, put};
+use crate::block_store::{BlockStore, CellBits, count, put, union, without};
+use crate::block_sums::BlockSums;
 use crate::paging::record;
 use crate::places::Places;
 use crate::voxel::{Sums, Voxel};
-use crate::voxel_records::VoxelRecords;
+use crate::voxel_records::{VoxelRecords, insert_all};
 
 /// The voxels of a block of 8^3 places that are not empty, by their places.
 #[derive(Debug, Clone, Default)]
@@ -13,8 +14,6 @@ pub(crate) struct VoxelBlock {
     records: VoxelRecords,
     /// The weights of readings without colour; empty where each reading has one.
     uncolored: Vec<u64>,
-    /// Number of the block among those that the last frame has touched.
-    pub(crate) touched: u32,
     /// The voxels that have changed since the static cloud took in changes last.
     pub(crate) changed: CellBits,
     /// Stamps of the last change of the block, and of the last change that took something out.
@@ -22,7 +21,7 @@ pub(crate) struct VoxelBlock {
     pub(crate) lowered: u32,
 }
 
-record!(VoxelBlock { places, records, uncolored, touched, changed, stamp, lowered });
+record!(VoxelBlock { places, records, uncolored, changed, stamp, lowered });
 
 impl BlockStore<VoxelBlock> {
     /// A block that is about to change: see [`VoxelBlock::begin`].
@@ -89,6 +88,35 @@ impl VoxelBlock {
             self.uncolored.resize(self.records.len(), 0);
             self.uncolored[index] = self.uncolored[index].wrapping_add(uncolored);
         }
+    }
+
+    /// Takes what a frame has read out of `sums` and adds it, and makes the voxels that are not there yet;
+    /// returns how many these are. Arithmetic wraps.
+    pub(crate) fn add_frame(&mut self, sums: &mut BlockSums, are_colored: bool) -> usize {
+        let read = sums.take_read();
+        let new = without(read, *self.places.cells());
+        self.make_all(&new);
+        self.changed = union(self.changed, read);
+        if !are_colored {
+            self.uncolored.resize(self.records.len(), 0);
+            self.places.for_each(&read, |place, index| {
+                self.uncolored[index] = self.uncolored[index].wrapping_add(sums.weight(place));
+            });
+        }
+        self.records.add_all(&self.places, &read, sums);
+        count(&new)
+    }
+
+    /// Makes the voxels at places that have none.
+    fn make_all(&mut self, new: &CellBits) {
+        if *new == CellBits::default() {
+            return;
+        }
+        self.records.insert_all(&self.places, new);
+        if !self.uncolored.is_empty() {
+            insert_all(&mut self.uncolored, &self.places, new, 0);
+        }
+        self.places = Places::new(union(*self.places.cells(), *new));
     }
 
     /// The voxel at a place.
@@ -158,9 +186,9 @@ impl VoxelBlock {
         }
     }
 
-    /// Whether more was taken out than put in, for any of the voxels at these places.
-    pub(crate) fn is_overdrawn(&self, places: &CellBits) -> bool {
-        self.voxels(places).iter().any(|(_, voxel)| voxel.is_overdrawn())
+    /// Whether more was taken out of any voxel than put in.
+    pub(crate) fn is_overdrawn(&self) -> bool {
+        self.iter().any(|(_, voxel)| voxel.is_overdrawn())
     }
 
     /// Bytes that the block owns.
@@ -187,7 +215,50 @@ impl VoxelBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block_store::BLOCK_CELLS;
+    use crate::block_store::{BLOCK_CELLS, has};
+    use crate::frame_readings::Reading;
+
+    /// One reading.
+    fn reading(weight: u64, within: [u64; 3], color: Option<[u8; 3]>) -> Sums {
+        Sums {
+            weight,
+            position: within.map(|c| weight * c),
+            color: color.unwrap_or_default().map(|c| weight * u64::from(c)),
+            uncolored: if color.is_none() { weight } else { 0 },
+        }
+    }
+
+    fn sum(one: Sums, other: Sums) -> Sums {
+        let (one, other) = (one.to_array(), other.to_array());
+        Sums::from_array(std::array::from_fn(|field| one[field] + other[field]))
+    }
+
+    #[test]
+    fn a_frame_adds_what_its_readings_add_one_by_one() {
+        for are_colored in [true, false] {
+            let (mut block, mut expected) = (VoxelBlock::default(), VoxelBlock::default());
+            let mut sums = BlockSums::default();
+            for frame in 0..60_u64 {
+                let (mut read, mut made) = (CellBits::default(), 0);
+                for index in 0..frame * 3 {
+                    let random = (frame * 300 + index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+                    let (place, [x, y, z, r, g, b, ..]) = ((random >> 55) as usize, random.to_le_bytes());
+                    // Far readings, later near ones.
+                    let weight = 1 << (frame / 4 + random % 4);
+                    let (within, color) = ([x, y, z], if are_colored { [r, g, b] } else { [0; 3] });
+                    sums.add(&Reading { weight, place: place as u16, within, color });
+                    let reading = reading(weight.into(), within.map(u64::from), are_colored.then_some(color));
+                    made += usize::from(expected.make(place));
+                    expected.add(place, reading, u32::from(!has(&read, place)));
+                    put(&mut read, place);
+                }
+                assert_eq!(sums.read(), &read);
+                assert_eq!(block.add_frame(&mut sums, are_colored), made);
+                assert!(block.iter().eq(expected.iter()), "frame {frame}");
+            }
+            assert!(matches!(block.records, VoxelRecords::Medium(_)));
+        }
+    }
 
     #[test]
     fn sums_of_any_size_are_exact_and_can_be_taken_out() {
@@ -198,12 +269,12 @@ mod tests {
             let place = (step * step % 509) as usize;
             let weight = if place == 4 { 1 << 40 } else { 1 << (step % 32) };
             let color = (step % 3 > 0).then_some([step as u8, 255, 7]);
-            readings.push((place, Sums::of(weight, [step % 256, 255, 0], color), 70_000 * (step % 2) as u32));
+            readings.push((place, reading(weight, [step % 256, 255, 0], color), 70_000 * (step % 2) as u32));
         }
         for &(place, reading, frames) in &readings {
             block.make(place);
             block.add(place, reading, frames);
-            sums[place].sums.add(&reading);
+            sums[place].sums = sum(sums[place].sums, reading);
             sums[place].observations += frames;
         }
         let expected = || sums.iter().enumerate().filter(|(_, voxel)| !voxel.is_empty());
@@ -217,11 +288,10 @@ mod tests {
             block.add(place, reading.negated(), frames.wrapping_neg());
         }
         assert!(block.iter().all(|(_, voxel)| voxel == Voxel::default()));
-        let places = *block.places().cells();
-        assert!(!block.is_overdrawn(&places));
+        assert!(!block.is_overdrawn());
         let (place, reading, _) = readings[0];
         block.add(place, reading.negated(), 0);
-        assert!(block.is_overdrawn(&places));
+        assert!(block.is_overdrawn());
         block.add(place, reading, 0);
         assert_eq!((block.drop_empty(), block.len()), (expected().count(), 0));
     }

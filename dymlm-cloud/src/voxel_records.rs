@@ -1,4 +1,7 @@
+use crate::block_store::{CellBits, count};
+use crate::block_sums::BlockSums;
 use crate::paging::record_of_cases;
+use crate::places::Places;
 use crate::voxel::SUMS;
 
 /// Numbers of a record: the sums of a voxel without the last one, and its observations.
@@ -39,6 +42,15 @@ impl VoxelRecords {
             Self::Narrow(records) => insert(records, index, [0; 3]),
             Self::Medium(records) => insert(records, index, [0; FIELDS]),
             Self::Wide(records) => insert(records, index, [0; FIELDS]),
+        }
+    }
+
+    /// Inserts records of zeros for new places; `old`: the places that have records.
+    pub(crate) fn insert_all(&mut self, old: &Places, new: &CellBits) {
+        match self {
+            Self::Narrow(records) => insert_all(records, old, new, [0; 3]),
+            Self::Medium(records) => insert_all(records, old, new, [0; FIELDS]),
+            Self::Wide(records) => insert_all(records, old, new, [0; FIELDS]),
         }
     }
 
@@ -84,6 +96,28 @@ impl VoxelRecords {
         }
     }
 
+    /// Takes the numbers of some places out of `sums`, and adds them to the records of these places.
+    pub(crate) fn add_all(&mut self, places: &Places, chosen: &CellBits, sums: &mut BlockSums) {
+        let Self::Narrow(records) = self else {
+            return places.for_each(chosen, |place, index| self.add(index, &sums.take(place)));
+        };
+        // Records that become too large are widened in the end.
+        let mut left = Vec::new();
+        places.for_each(chosen, |place, index| {
+            let (record, numbers) = (&mut records[index], sums.take(place));
+            let before = unpacked(*record);
+            let sums = std::array::from_fn(|field| before[field].wrapping_add(numbers[field]));
+            if union(&sums) <= NARROW {
+                *record = packed(&sums);
+            } else {
+                left.push((index, numbers));
+            }
+        });
+        for (index, numbers) in left {
+            self.add(index, &numbers);
+        }
+    }
+
     /// Bytes that the records take.
     pub(crate) fn memory_bytes(&self) -> usize {
         match self {
@@ -96,7 +130,7 @@ impl VoxelRecords {
     /// Sets the numbers of a record; returns whether they fit.
     #[inline]
     fn set(&mut self, index: usize, numbers: &[u64; FIELDS]) -> bool {
-        let all = numbers.iter().fold(0, |all, number| all | number);
+        let all = union(numbers);
         match self {
             Self::Narrow(records) if all <= NARROW => records[index] = packed(numbers),
             Self::Medium(records) if all <= u32::MAX.into() => {
@@ -123,6 +157,12 @@ impl VoxelRecords {
 /// The largest number of a narrow record.
 const NARROW: u64 = (1 << 24) - 1;
 
+/// All bits of some numbers.
+#[inline]
+fn union(numbers: &[u64; FIELDS]) -> u64 {
+    numbers.iter().fold(0, |all, number| all | number)
+}
+
 /// Packs eight numbers of 24 bits.
 #[inline]
 fn packed(&[a, b, c, d, e, f, g, h]: &[u64; FIELDS]) -> [u64; 3] {
@@ -145,11 +185,34 @@ fn unpacked([low, middle, high]: [u64; 3]) -> [u64; FIELDS] {
 }
 
 fn insert<T>(records: &mut Vec<T>, index: usize, record: T) {
-    if records.len() == records.capacity() {
-        // Small steps: doubling would waste a quarter of the map's memory.
-        records.reserve_exact(4 + records.len() / 16);
-    }
+    reserve(records, 1);
     records.insert(index, record);
+}
+
+/// Inserts a record for each new place; `old`: the places that have records.
+pub(crate) fn insert_all<T: Copy>(records: &mut Vec<T>, old: &Places, new: &CellBits, record: T) {
+    let (mut from, mut to) = (records.len(), records.len() + count(new));
+    reserve(records, to - from);
+    records.resize(to, record);
+    // From the last new place on, the records behind it move to where they are in the end.
+    for (word, mut bits) in new.iter().copied().enumerate().rev() {
+        while bits != 0 {
+            let bit = bits.ilog2() as usize;
+            bits ^= 1 << bit;
+            let behind = old.rank(64 * word + bit)..from;
+            to -= behind.len() + 1;
+            from = behind.start;
+            records.copy_within(behind, to + 1);
+            records[to] = record;
+        }
+    }
+}
+
+fn reserve<T>(records: &mut Vec<T>, more: usize) {
+    if records.len() + more > records.capacity() {
+        // Small steps: doubling would waste a quarter of the map's memory.
+        records.reserve_exact(more + 3 + records.len() / 16);
+    }
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ impl Record for bool {
     }
 }
 
-impl<T: Record + Copy + Default, const N: usize> Record for [T; N] {
+impl<T: Record + Copy, const N: usize> Record for [T; N] {
     fn write(&self, out: &mut Vec<u8>) {
         for item in self {
             item.write(out);
@@ -44,8 +44,8 @@ impl<T: Record + Copy + Default, const N: usize> Record for [T; N] {
     }
 
     fn read(from: &mut &[u8]) -> Option<Self> {
-        let mut items = [T::default(); N];
-        for item in &mut items {
+        let mut items = [T::read(from)?; N];
+        for item in items.iter_mut().skip(1) {
             *item = T::read(from)?;
         }
         Some(items)
