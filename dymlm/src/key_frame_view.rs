@@ -5,7 +5,7 @@ use dymlm_objects::{ObjectMapper, ObjectReport, ObjectView, SightedPoint};
 use dymlm_octree::{InsertReport, Octree};
 use dymlm_planes::{DetectedPlane, PlaneMap, PlaneReport};
 
-use crate::stages::StageClock;
+use crate::stages::{StageClock, timed};
 use crate::supporting_planes::MappedPlanes;
 use crate::{Error, MapUpdate, MultiLevelMap, Stage};
 
@@ -18,6 +18,7 @@ pub(crate) struct KeyFrameView<'a> {
     pub(crate) unproven_mask: &'a Mask,
     pub(crate) detections: Option<&'a [Detection]>,
     pub(crate) sighted_points: &'a [SightedPoint],
+    /// Empty until they are detected.
     pub(crate) planes: &'a [DetectedPlane],
 }
 
@@ -75,17 +76,26 @@ impl<'a> KeyFrameView<'a> {
         Ok(observation)
     }
 
-    /// Brings the key frame into all four maps: the second half of the paper's figure 2.
-    pub(crate) fn map(
+    /// Brings the key frame into all four maps: the second half of the paper's figure 2. `detect_planes` finds
+    /// the frame's planes. The cloud, which takes about as long as all else, runs beside the others.
+    pub(crate) fn map<'p>(
         &self,
         map: &mut MultiLevelMap,
         world_from_camera: &Pose,
         context: &MappingContext<'_>,
         clock: &mut StageClock,
+        detect_planes: impl FnOnce() -> Result<&'p [DetectedPlane], Error> + Send,
     ) -> Result<MapUpdate, Error> {
         let (cloud, mut others) = map.split();
-        let cloud = clock.time(Stage::Cloud, || self.map_cloud(cloud, world_from_camera))?;
-        let mut update = self.map_others(&mut others, world_from_camera, context, clock)?;
+        let ((cloud, taken), others) = crate::parallel::join(
+            || timed(|| self.map_cloud(cloud, world_from_camera)),
+            || {
+                let planes = clock.time(Stage::PlaneDetection, detect_planes)?;
+                KeyFrameView { planes, ..*self }.map_others(&mut others, world_from_camera, context, clock)
+            },
+        );
+        clock.note(Stage::Cloud, taken);
+        let (cloud, mut update) = (cloud?, others?);
         let time = self.frame.timestamp();
         let gone = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(time));
         update.objects.removed.extend(gone);

@@ -243,8 +243,6 @@ impl MapBuilder {
         let viewed = Viewed { timestamp: frame.timestamp(), world_from_camera: *pose };
         let outcome = if key_frames.choose(viewed, found.is_some()) {
             let boxes: Vec<_> = movers.iter().map(|mover| mover.corrected_box).collect();
-            let detected = clock
-                .time(Stage::PlaneDetection, || plane_detector.detect(frame, Some(static_mask), &boxes))?;
             let view = KeyFrameView {
                 frame,
                 static_mask,
@@ -252,20 +250,21 @@ impl MapBuilder {
                 unproven_mask: preprocessor.unproven_mask(),
                 detections: found,
                 sighted_points: input.sighted_points,
-                planes: detected,
+                planes: &[],
             };
             let context =
                 MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
-            let mut update = if map.past.log.is_some() {
-                // The observation that is kept is also what is mapped, so that mapping it again gives the
-                // same bits.
-                let kept = Arc::new(clock.time(Stage::History, || view.to_observation())?);
-                let update = KeyFrameView::of(&kept).map(map, pose, &context, &mut clock)?;
-                note_key_frame(id, kept, &update, map, snapshots);
-                update
-            } else {
-                view.map(map, pose, &context, &mut clock)?
-            };
+            // The observation that is kept is also what is mapped, so that mapping it again gives the same bits.
+            let to_keep = || clock.time(Stage::History, || view.to_observation());
+            let kept = map.past.log.is_some().then(to_keep).transpose()?;
+            let mapped = kept.as_ref().map_or(view, KeyFrameView::of);
+            let mut update = mapped.map(map, pose, &context, &mut clock, || {
+                Ok(plane_detector.detect(frame, Some(static_mask), &boxes)?)
+            })?;
+            if let Some(mut kept) = kept {
+                kept.planes = plane_detector.planes().to_vec();
+                note_key_frame(id, Arc::new(kept), &update, map, snapshots);
+            }
             map.change();
             clock.time(Stage::Publishing, || {
                 publisher.publish_when_due(frame.timestamp(), config.publish_interval, map);

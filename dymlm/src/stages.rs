@@ -57,7 +57,8 @@ impl Stage {
     }
 }
 
-/// How long each step of one insertion took, by the system's clock: no map depends on it.
+/// How long each step of one insertion took, by the system's clock: no map depends on it. With the feature
+/// `parallel` the cloud is mapped beside the other maps, so the steps may add up to more than the whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StageTimes {
     times: [Duration; STAGES],
@@ -76,6 +77,13 @@ impl StageTimes {
     }
 }
 
+/// Runs a step; returns its result and how long it took.
+pub(crate) fn timed<T>(step: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let result = step();
+    (result, start.elapsed())
+}
+
 /// Times the steps of one insertion.
 #[derive(Debug)]
 pub(crate) struct StageClock {
@@ -90,10 +98,14 @@ impl StageClock {
 
     /// Runs one step and notes how long it took.
     pub(crate) fn time<T>(&mut self, stage: Stage, step: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let result = step();
-        self.times.times[stage as usize] = start.elapsed();
+        let (result, taken) = timed(step);
+        self.note(stage, taken);
         result
+    }
+
+    /// Notes how long a step took.
+    pub(crate) fn note(&mut self, stage: Stage, taken: Duration) {
+        self.times.times[stage as usize] = taken;
     }
 
     pub(crate) fn finish(mut self) -> StageTimes {

@@ -195,10 +195,8 @@ fn the_report_times_each_step() {
     let last = &frames[1];
     let report = builder.insert(&last.frame, &last.detections, &last.world_from_camera).unwrap();
     assert!(report.stages.of(Stage::Cloud) > std::time::Duration::ZERO);
-    assert!(
-        Stage::ALL.iter().map(|&stage| report.stages.of(stage)).sum::<std::time::Duration>()
-            <= report.stages.total()
-    );
+    // Steps may run beside each other.
+    assert!(Stage::ALL.iter().all(|&stage| report.stages.of(stage) <= report.stages.total()));
 }
 
 #[test]
