@@ -28,7 +28,7 @@ pub enum Stage {
 const STAGES: usize = 9;
 
 impl Stage {
-    /// All steps, in the order in which they run.
+    /// All steps.
     pub const ALL: &[Self] = &[
         Self::Dynamics,
         Self::Cloud,

@@ -194,6 +194,11 @@ impl Scores {
         self.0.get(key).copied()
     }
 
+    /// Removes the times, the only figures that are not the same on each run.
+    pub(crate) fn remove_times(&mut self) {
+        self.0.retain(|key, _| !key.starts_with("speed."));
+    }
+
     /// The mean of each figure over the rows that have it.
     pub(crate) fn mean(rows: &[&Self]) -> Self {
         let mut sums: BTreeMap<&'static str, (f64, f64)> = BTreeMap::new();

@@ -64,6 +64,9 @@ struct Arguments {
     /// Only every N-th frame
     #[arg(long, default_value_t = 1)]
     every: usize,
+    /// Leaves the times out, which say little when the machine has other work
+    #[arg(long)]
+    no_times: bool,
     /// Number of random rooms
     #[arg(long, default_value_t = 4)]
     random_rooms: u64,
@@ -176,7 +179,10 @@ fn main() -> Result<(), AnyError> {
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
         residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;
     }
-    let rows: Vec<Row> = evaluations.into_iter().flat_map(|evaluation| evaluation.rows).collect();
+    let mut rows: Vec<Row> = evaluations.into_iter().flat_map(|evaluation| evaluation.rows).collect();
+    if arguments.no_times {
+        rows.iter_mut().for_each(|row| row.scores.remove_times());
+    }
     print!("{}", table::text(&rows));
     table::write(&rows, &arguments.out)?;
     println!("written to {}", arguments.out.display());
