@@ -181,7 +181,9 @@ fn main() -> Result<(), AnyError> {
     }
     let mut rows: Vec<Row> = evaluations.into_iter().flat_map(|evaluation| evaluation.rows).collect();
     if arguments.no_times {
-        rows.iter_mut().for_each(|row| row.scores.remove_times());
+        for row in &mut rows {
+            row.scores.remove_times();
+        }
     }
     print!("{}", table::text(&rows));
     table::write(&rows, &arguments.out)?;
