@@ -79,10 +79,10 @@ impl Cells {
     }
 
     /// Tidies up after changes. Returns the largest value of the known cells.
-    pub(super) fn settle(&mut self, known: &Bits) -> f32 {
+    pub(super) fn tidy(&mut self, known: &Bits) -> f32 {
         let mut max = f32::NEG_INFINITY;
         match self {
-            Self::Few(table) => return table.settle(),
+            Self::Few(table) => return table.tidy(),
             Self::Many(values) => for_each_bit(known, |cell| max = max.max(values[cell])),
         }
         max
@@ -154,7 +154,7 @@ impl Table {
     }
 
     /// Drops unused values when they are the most. Returns the largest of the others.
-    fn settle(&mut self) -> f32 {
+    fn tidy(&mut self) -> f32 {
         let (mut max, mut count) = (f32::NEG_INFINITY, 0);
         for (&value, _) in self.values.iter().zip(&self.used()[1..]).filter(|(_, used)| **used) {
             max = max.max(value);
@@ -254,7 +254,7 @@ mod tests {
 
         fn check(&mut self) {
             let max = self.expected.iter().flatten().copied().fold(f32::NEG_INFINITY, f32::max);
-            assert_eq!(self.cells.settle(&self.known), max);
+            assert_eq!(self.cells.tidy(&self.known), max);
             for (cell, expected) in self.expected.iter().enumerate() {
                 assert_eq!(self.cells.get(cell), expected.unwrap_or(0.0));
                 if let Cells::Few(table) = &self.cells {
