@@ -20,7 +20,7 @@ pub struct Accessor<'a> {
     pub(crate) lattice: Lattice,
     tree: &'a Tree,
     /// A cell of the block that was queried last, as one integer.
-    known: u64,
+    last: u64,
     /// The tree's entry for the cube of 64^3 cells around it.
     in_region: &'a Entry,
     /// The tree's entry for the cube of 8^3 cells around it, its block.
@@ -38,7 +38,7 @@ impl Octree {
         let (key, tree) = ([0; 3], &self.tree);
         let in_region = tree.entry(key, 2);
         let in_block = in_region.below(key);
-        Accessor { lattice: self.lattice, tree, known: pack(key), in_region, in_block }
+        Accessor { lattice: self.lattice, tree, last: pack(key), in_region, in_block }
     }
 }
 
@@ -60,7 +60,7 @@ impl Accessor<'_> {
     /// The log-odds of a cell.
     #[inline]
     pub(crate) fn cell(&mut self, key: Key) -> Option<f32> {
-        if (pack(key) ^ self.known) & OTHER_BLOCK != 0 {
+        if (pack(key) ^ self.last) & OTHER_BLOCK != 0 {
             self.find_block(key);
         }
         self.in_block.log_odds(key)
@@ -78,8 +78,8 @@ impl Accessor<'_> {
     }
 
     fn find_block(&mut self, key: Key) {
-        let difference = pack(key) ^ self.known;
-        self.known = pack(key);
+        let difference = pack(key) ^ self.last;
+        self.last = pack(key);
         if difference & OTHER_REGION != 0 {
             self.in_region = self.tree.entry(key, 2);
         }

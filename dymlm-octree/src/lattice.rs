@@ -44,8 +44,8 @@ impl Lattice {
     /// branch, so that the three indices of a point are computed side by side.
     #[inline]
     fn wide_index(&self, coordinate: f64) -> u64 {
-        // Numbers whose sum with the magic one is not rounded to an integer change its upper bits, and so
-        // does NaN: what is left of them is large.
+        // Numbers of 2^51 or more in size, and NaN, change the upper bits of the magic number, so that the
+        // result is far above 65535.
         floor_bits(self.factor * coordinate).wrapping_sub(MAGIC.to_bits()).wrapping_add(CENTER as u64)
     }
 

@@ -2,16 +2,17 @@ use super::marks::Marks;
 use crate::lattice::{Key, Lattice};
 
 /// The sensor's position, with what all rays from it share.
+// The order of the fields is fixed, with the point last: the compiler multiplies the point together with the
+// bytes behind it, and small integers there, read as floats, are denormal and slow.
 #[derive(Debug, Clone, Copy)]
+#[repr(C)]
 pub(crate) struct RayOrigin {
-    /// The cell's indices. They are stored before the point and in four bytes each, so that no bytes follow
-    /// the point: the compiler loads two floats with what lies beside them, and multiplies all. Small
-    /// integers look like denormal floats, whose products take some hundred cycles.
-    key: [u32; 3],
-    pub(crate) point: [f32; 3],
     resolution: f64,
     /// Distances along each axis to the upper and the lower border of the origin's cell, metres.
     borders: [[f64; 2]; 3],
+    /// The cell's indices, in four bytes each, so that no padding follows the point.
+    key: [u32; 3],
+    pub(crate) point: [f32; 3],
 }
 
 /// Traversal of the cells between two points (Amanatides and Woo 1987), with the arithmetic of OctoMap's
@@ -35,7 +36,7 @@ impl RayOrigin {
                 border - f64::from(point[axis])
             })
         });
-        Self { key: key.map(u32::from), point, resolution, borders }
+        Self { resolution, borders, key: key.map(u32::from), point }
     }
 
     /// The cell of the sensor.

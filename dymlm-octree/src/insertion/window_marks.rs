@@ -5,7 +5,8 @@ use crate::storage::Bits;
 /// Largest window, in bits. 16 MB: 512 cells along each axis, 25 m at 5 cm.
 const MAX_BITS: u64 = 1 << 27;
 
-/// Cells added around a window on each side: rounding may carry a ray a cell past its end.
+/// Cells added around a window on each side: rounding may carry a ray a cell past its end; one that went
+/// farther would be out of bounds.
 const MARGIN: i32 = 2;
 
 /// Marks in a dense box of cells around one scan.

@@ -13,7 +13,7 @@ pub(crate) struct Block {
     /// Largest log-odds of a known cell.
     pub(super) max: f32,
     pub(super) colors: EntryColors,
-    /// Log-odds.
+    /// Log-odds. In a table, a cell has a place just when its bit in `known` is set.
     pub(super) cells: Cells,
 }
 
@@ -68,7 +68,7 @@ impl Block {
 
     /// Brings `max` up to date.
     pub(super) fn refresh(&mut self) {
-        self.max = self.cells.settle(&self.known);
+        self.max = self.cells.tidy(&self.known);
     }
 
     /// The one value of all cells, if there is one.

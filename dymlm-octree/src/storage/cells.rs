@@ -1,11 +1,11 @@
-use super::{Bits, ENTRIES, for_each_bit};
+use super::{Bits, ENTRIES, for_each_bit, has};
 
 /// Log-odds of 8 x 8 x 8 cells.
 ///
 /// They are clamped sums of two amounts, so that few different values occur in one block: five and fewer in
 /// half the blocks of a mapped room, 110 at most. A table of these and one byte a cell take a quarter of the
 /// memory that the values themselves do. Where more values occur (maps may be merged, and any log-odds set)
-/// they are kept cell by cell.
+/// they are kept cell by cell, until they are few again.
 #[derive(Debug, Clone)]
 #[expect(clippy::large_enum_variant, reason = "nearly all cells are in the larger one")]
 pub(super) enum Cells {
@@ -25,6 +25,10 @@ pub(super) struct Table {
 
 /// Number of places in a table.
 const PLACES: usize = u8::MAX as usize;
+
+/// Number of values with which cells go back to a table. So few that counting up to them, at every change of
+/// cells with many values, costs little; and so far from a full table that the cells stay with it.
+const FEW: usize = 16;
 
 impl Cells {
     pub(super) const EMPTY: Self = Self::Few(Table { places: [0; ENTRIES], values: Vec::new() });
@@ -79,10 +83,15 @@ impl Cells {
     }
 
     /// Tidies up after changes. Returns the largest value of the known cells.
-    pub(super) fn settle(&mut self, known: &Bits) -> f32 {
+    pub(super) fn tidy(&mut self, known: &Bits) -> f32 {
+        if let Self::Many(values) = self
+            && let Some(table) = Table::of_few(values, known)
+        {
+            *self = Self::Few(table);
+        }
         let mut max = f32::NEG_INFINITY;
         match self {
-            Self::Few(table) => return table.settle(),
+            Self::Few(table) => return table.tidy(),
             Self::Many(values) => for_each_bit(known, |cell| max = max.max(values[cell])),
         }
         max
@@ -111,6 +120,18 @@ impl Cells {
 }
 
 impl Table {
+    /// The known cells' values, if they are few.
+    fn of_few(values: &[f32; ENTRIES], known: &Bits) -> Option<Self> {
+        let mut table = Self { places: [0; ENTRIES], values: Vec::new() };
+        for cell in (0..ENTRIES).filter(|&cell| has(known, cell)) {
+            table.places[cell] = place_of(values[cell], &mut table.values);
+            if table.values.len() > FEW {
+                return None;
+            }
+        }
+        Some(table)
+    }
+
     /// The value of a cell; `None` where nothing is known.
     #[inline]
     pub(super) fn get(&self, cell: usize) -> Option<f32> {
@@ -154,7 +175,7 @@ impl Table {
     }
 
     /// Drops unused values when they are the most. Returns the largest of the others.
-    fn settle(&mut self) -> f32 {
+    fn tidy(&mut self) -> f32 {
         let (mut max, mut count) = (f32::NEG_INFINITY, 0);
         for (&value, _) in self.values.iter().zip(&self.used()[1..]).filter(|(_, used)| **used) {
             max = max.max(value);
@@ -254,7 +275,7 @@ mod tests {
 
         fn check(&mut self) {
             let max = self.expected.iter().flatten().copied().fold(f32::NEG_INFINITY, f32::max);
-            assert_eq!(self.cells.settle(&self.known), max);
+            assert_eq!(self.cells.tidy(&self.known), max);
             for (cell, expected) in self.expected.iter().enumerate() {
                 assert_eq!(self.cells.get(cell), expected.unwrap_or(0.0));
                 if let Cells::Few(table) = &self.cells {
@@ -289,6 +310,23 @@ mod tests {
     #[test]
     fn many_values_are_kept_cell_by_cell() {
         assert!(matches!(changed_at_random(2000), Cells::Many(_)));
+    }
+
+    #[test]
+    fn a_table_is_kept_again_once_values_are_few() {
+        let mut checked = Checked::new();
+        for round in 0..3 {
+            (0..400).for_each(|cell| checked.set(cell, Some(cell as f32 - 200.0)));
+            checked.set(round, None);
+            checked.check();
+            assert!(matches!(checked.cells, Cells::Many(_)));
+
+            let chosen = checked.known;
+            checked.change(&chosen, |value| value.clamp(0.0, 5.0));
+            checked.check();
+            assert!(matches!(checked.cells, Cells::Few(_)));
+            assert!(checked.cells.memory_bytes() <= 64);
+        }
     }
 
     #[test]

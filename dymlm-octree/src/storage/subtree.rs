@@ -101,12 +101,12 @@ impl<'a> Subtree<'a> {
     }
 
     #[inline]
-    fn entries(&self) -> Range<usize> {
+    fn entries(self) -> Range<usize> {
         let start = usize::from(self.start);
         start..start + (1 << (3 * self.log8))
     }
 
-    pub(crate) fn kind(&self) -> Kind {
+    pub(crate) fn kind(self) -> Kind {
         let entries = self.entries();
         match self.node {
             Node::Block(block) if self.log8 == 0 => {
@@ -141,7 +141,7 @@ impl<'a> Subtree<'a> {
     }
 
     /// OctoMap's value of an octree node: the largest log-odds below; `None` when nothing is known there.
-    pub(crate) fn max_log_odds(&self) -> Option<f32> {
+    pub(crate) fn max_log_odds(self) -> Option<f32> {
         let is_whole = self.log8 == Self::WHOLE;
         let max = match self.node {
             Node::Block(block) if is_whole => block.max,
@@ -172,7 +172,7 @@ impl<'a> Subtree<'a> {
 
     /// Whether none, some or all of the entries have their bit set.
     #[inline]
-    fn coverage(&self, bits: &Bits) -> Coverage {
+    fn coverage(self, bits: &Bits) -> Coverage {
         let start = usize::from(self.start);
         let (bits, all) = match self.log8 {
             0 => (bits[start / 64] >> (start % 64) & 1, 1),
