@@ -3,19 +3,13 @@ use crate::frame_readings::Reading;
 use crate::voxel_records::FIELDS;
 
 /// What a frame has read in the voxels of one block: the numbers to add to their records.
-#[derive(Debug, Clone)]
+#[derive(Debug, Default)]
 pub(crate) struct BlockSums {
     /// The voxels with readings.
     read: CellBits,
     /// By place, zero where there are no readings: the sums of the readings' weights, of weight times place
-    /// within the voxel, and of weight times colour; then 1 for the frame.
+    /// within the voxel, and of weight times colour; then 1 for the frame. Empty until there are readings.
     numbers: Vec<[u64; FIELDS]>,
-}
-
-impl Default for BlockSums {
-    fn default() -> Self {
-        Self { read: CellBits::default(), numbers: vec![[0; FIELDS]; BLOCK_CELLS] }
-    }
 }
 
 impl BlockSums {
@@ -25,6 +19,9 @@ impl BlockSums {
         let ([x, y, z], [r, g, b]) = (reading.within, reading.color);
         let weight = u64::from(reading.weight);
         put(&mut self.read, place);
+        if place >= self.numbers.len() {
+            self.numbers.resize(BLOCK_CELLS, [0; FIELDS]);
+        }
         let numbers = &mut self.numbers[place];
         for (number, factor) in numbers.iter_mut().zip([1, x, y, z, r, g, b]) {
             *number += weight * u64::from(factor);
@@ -37,6 +34,16 @@ impl BlockSums {
         for_each_bit(self.read, |place| {
             self.numbers[place] = self.numbers[place].map(u64::wrapping_neg);
         });
+    }
+
+    /// Forgets the readings.
+    pub(crate) fn clear(&mut self) {
+        for_each_bit(self.take_read(), |place| _ = self.take(place));
+    }
+
+    /// Bytes that the numbers take.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.numbers.capacity() * size_of::<[u64; FIELDS]>()
     }
 
     /// The voxels with readings.

@@ -1,11 +1,10 @@
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
 use crate::block_store::{BlockKey, BlockStore, count};
-use crate::block_sums::BlockSums;
 use crate::direction::Direction;
 use crate::evidence::Evidence;
-use crate::fixed_point::{FixedPointFrame, PixelRow, ray_length};
-use crate::frame_readings::FrameReadings;
+use crate::fixed_point::{FixedPointFrame, ray_length};
+use crate::frame_scratch::FrameScratch;
 use crate::scan::Scan;
 use crate::support::Support;
 use crate::thinning::Thinning;
@@ -65,12 +64,8 @@ pub struct CloudMap {
     frames: u32,
     /// Number of the last change, for [`VoxelBlock::stamp`].
     pub(crate) stamp: u32,
-    row: PixelRow,
-    ray_x: Vec<f32>,
-    /// The readings of the current frame.
-    readings: FrameReadings,
-    /// Those in one block.
-    sums: BlockSums,
+    /// For the current frame.
+    scratch: FrameScratch,
 }
 
 /// What a frame has done to the map.
@@ -138,10 +133,7 @@ impl CloudMap {
             kept: SharedKept::default(),
             frames: 0,
             stamp: 0,
-            row: PixelRow::default(),
-            ray_x: Vec::new(),
-            readings: FrameReadings::default(),
-            sums: BlockSums::default(),
+            scratch: FrameScratch::default(),
         })
     }
 
@@ -321,6 +313,7 @@ impl CloudMap {
         self.voxels.memory_bytes(VoxelBlock::memory_bytes)
             + self.evidence.memory_bytes()
             + self.kept.memory_bytes()
+            + self.scratch.memory_bytes()
     }
 
     /// Approximate bytes that the map does not share with a clone, without what queries cache. All bytes for
@@ -331,7 +324,7 @@ impl CloudMap {
         }
         let voxels = self.voxels.unshared(&clone.voxels);
         let voxels: usize = voxels.map(|block| block.memory_bytes(VoxelBlock::memory_bytes)).sum();
-        voxels + self.evidence.memory_bytes_beside(&clone.evidence)
+        voxels + self.evidence.memory_bytes_beside(&clone.evidence) + self.scratch.memory_bytes()
     }
 
     /// Checks everything that can be wrong with a frame, before anything changes.
@@ -374,8 +367,9 @@ impl CloudMap {
     ) -> CloudFrameReport {
         self.begin_frame(frame.timestamp(), direction);
         let camera: &PinholeCamera = frame.camera();
-        self.ray_x.clear();
-        self.ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
+        let ray_x = &mut self.scratch.ray_x;
+        ray_x.clear();
+        ray_x.extend((0..camera.width()).map(|u| ((u as f64 - camera.cx()) / camera.fx()) as f32));
         let report = self.add_readings(frame, masks, lattice, direction);
         self.evidence.count_frame(frame.camera(), frame.depth(), world_from_camera, direction);
         report
@@ -384,7 +378,7 @@ impl CloudMap {
     fn begin_frame(&mut self, timestamp: f64, direction: Direction) {
         self.evidence.begin_frame(timestamp);
         self.frames = self.frames.wrapping_add(direction.unit());
-        self.readings.clear();
+        self.scratch.readings.clear();
         self.next_stamp();
     }
 
@@ -396,7 +390,7 @@ impl CloudMap {
         direction: Direction,
     ) -> CloudFrameReport {
         self.begin_frame(scan.timestamp, direction);
-        lattice.fill_points(&mut self.row, scan.points);
+        lattice.fill_points(&mut self.scratch.row, scan.points);
         self.sort_row();
         let report = self.add_blocks(false, direction);
         self.evidence.count_scan(scan, direction);
@@ -445,10 +439,10 @@ impl CloudMap {
             let colors = frame.color().and_then(|color| color.data().get(pixels));
             let ray_y = ((v as f64 - frame.camera().cy()) * inverse_fy) as f32;
             lattice.fill(
-                &mut self.row,
+                &mut self.scratch.row,
                 v,
                 ray_y,
-                &self.ray_x,
+                &self.scratch.ray_x,
                 depths,
                 colors,
                 masks.map(|masks| masks.static_mask()),
@@ -463,24 +457,27 @@ impl CloudMap {
 
     /// Sorts the readings of the row by the blocks of voxels that they lie in.
     fn sort_row(&mut self) {
-        let voxels = &mut self.voxels;
-        self.readings.extend(self.row.readings(), |key| voxels.slot_or_insert(key));
+        let (voxels, FrameScratch { row, readings, .. }) = (&mut self.voxels, &mut self.scratch);
+        readings.extend(row.readings(), |key| voxels.slot_or_insert(key));
     }
 
     /// Adds the frame's readings to the voxels, block by block, and notes in the evidence what was read.
     fn add_blocks(&mut self, are_colored: bool, direction: Direction) -> CloudFrameReport {
-        let mut report = CloudFrameReport { readings: self.readings.len(), ..CloudFrameReport::default() };
+        let FrameScratch { readings, sums, .. } = &mut self.scratch;
+        let mut report = CloudFrameReport { readings: readings.len(), ..CloudFrameReport::default() };
         let (stamp, seen) = (self.stamp, self.kept.stamp());
-        for (number, &slot) in self.readings.slots().iter().enumerate() {
-            self.readings.for_each_in(number, |reading| self.sums.add(reading));
+        for (number, &slot) in readings.slots().iter().enumerate() {
+            readings.for_each_in(number, |reading| sums.add(reading));
             if direction == Direction::Remove {
-                self.sums.negate();
+                sums.negate();
             }
-            report.voxels += count(self.sums.read());
-            self.evidence.read_voxels(self.voxels.keys()[slot], self.sums.read());
-            if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {
-                report.new_voxels += block.add_frame(&mut self.sums, are_colored);
-            }
+            report.voxels += count(sums.read());
+            self.evidence.read_voxels(self.voxels.keys()[slot], sums.read());
+            let Some(block) = self.voxels.begin_change(slot, stamp, seen) else {
+                sums.clear();
+                continue;
+            };
+            report.new_voxels += block.add_frame(sums, are_colored);
         }
         self.voxel_count += report.new_voxels;
         report
@@ -491,10 +488,10 @@ impl CloudMap {
         let sensor = *self.weighting.sensor();
         let is_used = |u: &usize| depths.get(*u).is_some_and(|&z| sensor.is_used(z));
         for u in masks.mover_columns(v).filter(is_used) {
-            self.evidence.read_mover(self.row.cell(u));
+            self.evidence.read_mover(self.scratch.row.cell(u));
         }
         for u in masks.unproven_columns(v).filter(is_used) {
-            self.evidence.read(self.row.cell(u));
+            self.evidence.read(self.scratch.row.cell(u));
         }
     }
 
@@ -502,12 +499,12 @@ impl CloudMap {
     pub(crate) fn is_overdrawn(&self) -> bool {
         self.frames > u32::MAX / 2
             || self.evidence.is_overdrawn()
-            || self.readings.slots().iter().any(|&slot| self.voxels.blocks()[slot].is_overdrawn())
+            || self.scratch.readings.slots().iter().any(|&slot| self.voxels.blocks()[slot].is_overdrawn())
     }
 
     /// Drops the voxels that the last removal has emptied.
     pub(crate) fn drop_empty_voxels(&mut self) {
-        for &slot in self.readings.slots() {
+        for &slot in self.scratch.readings.slots() {
             if let Some(block) = self.voxels.block_mut(slot) {
                 block.lowered = self.stamp;
                 self.voxel_count -= block.drop_empty();

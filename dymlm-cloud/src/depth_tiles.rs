@@ -87,16 +87,19 @@ impl DepthTiles {
     /// The range of the readings in all tiles that touch the pixels [left, right] x [top, bottom]; `None`
     /// when there are no such pixels. Outside the image there is no reading.
     pub(crate) fn range(&self, columns: [f32; 2], rows: [f32; 2]) -> Option<DepthRange> {
-        self.tiles.range(columns, rows)
+        self.range_of(&self.tiles, columns, rows)
     }
 
-    /// As [`range`](Self::range), but of many pixels by large tiles, so that the range may be wider; and the
-    /// tiles at the image's borders do not hide that pixels lie outside.
+    /// As [`range`](Self::range), but of many pixels by large tiles, so that the range may be wider.
     pub(crate) fn rough_range(&self, columns: [f32; 2], rows: [f32; 2]) -> Option<DepthRange> {
         let is_large = [columns, rows].iter().all(|[first, last]| last - first > self.large.side);
-        let tiles = if is_large { &self.large } else { &self.tiles };
+        self.range_of(if is_large { &self.large } else { &self.tiles }, columns, rows)
+    }
+
+    fn range_of(&self, tiles: &Tiles, columns: [f32; 2], rows: [f32; 2]) -> Option<DepthRange> {
         let range = tiles.range(columns, rows)?;
-        let is_inside = |[first, last]: [f32; 2], size: f32| first >= 0.0 && last <= size - 1.0;
+        // By pixels, not by tiles: the last tiles may reach beyond the image.
+        let is_inside = |[first, last]: [f32; 2], size: f32| first >= -0.5 && last < size - 0.5;
         let has_all = is_inside(columns, self.width) && is_inside(rows, self.height);
         Some(if has_all { range } else { DepthRange { nearest: 0.0, ..range } })
     }
@@ -110,6 +113,7 @@ impl Tiles {
         self.ranges.resize(self.columns * self.rows, DepthRange::NOTHING);
     }
 
+    /// The range of the readings in all tiles that touch the pixels.
     fn range(&self, [left, right]: [f32; 2], [top, bottom]: [f32; 2]) -> Option<DepthRange> {
         let tile_of = |pixel: f32| ((pixel + 0.5) / self.side).floor();
         let (first_column, last_column) = (tile_of(left), tile_of(right));
@@ -119,9 +123,6 @@ impl Tiles {
             return None;
         }
         let mut range = DepthRange::NOTHING;
-        if first_column < 0.0 || first_row < 0.0 || last_column >= columns || last_row >= rows {
-            range.nearest = 0.0;
-        }
         let columns = first_column.max(0.0) as usize..=(last_column as usize).min(self.columns - 1);
         for row in first_row.max(0.0) as usize..=(last_row as usize).min(self.rows - 1) {
             let tiles = &self.ranges[row * self.columns..][..self.columns];
@@ -154,7 +155,8 @@ mod tests {
         tiles.build(&wide);
         let rough = tiles.rough_range([70.0, 140.0], [0.0, 66.0]).unwrap();
         assert_eq!((rough.nearest, rough.farthest), (65.0, 1.0 + 79.0 * 200.0 + 191.0));
-        assert_eq!(tiles.range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 145.0);
-        assert_eq!(tiles.rough_range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 0.0);
+        // The last tile reaches beyond the image.
+        assert_eq!(tiles.range([150.0, 199.0], [3.0, 9.0]).unwrap().nearest, 145.0);
+        assert_eq!(tiles.range([150.0, 205.0], [3.0, 9.0]).unwrap().nearest, 0.0);
     }
 }

@@ -11,7 +11,7 @@ use crate::weighting::Weighting;
 ///
 /// Coordinates relative to the camera are exact to a fraction of a unit in f32; the camera's own place is
 /// added as an integer, so that precision does not fall with the distance from the world's origin.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct PixelRow {
     x: Vec<i32>,
     y: Vec<i32>,
@@ -28,6 +28,14 @@ impl PixelRow {
         [self.x[u], self.y[u], self.z[u]].map(|c| c >> SUBVOXEL_BITS)
     }
 
+    /// Bytes that the row takes.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let coordinates = self.x.capacity() + self.y.capacity() + self.z.capacity();
+        coordinates * size_of::<i32>()
+            + self.weight.capacity() * size_of::<u32>()
+            + self.colors.capacity() * size_of::<Rgb>()
+    }
+
     fn set_colors(&mut self, colors: Option<&[Rgb]>, width: usize) {
         self.colors.clear();
         self.colors.extend_from_slice(colors.unwrap_or(&[]));
@@ -36,12 +44,11 @@ impl PixelRow {
 
     /// The readings, each with the coordinates of its block of voxels.
     pub(crate) fn readings(&self) -> impl Iterator<Item = ([i32; 3], Reading)> {
-        let pixels = self.weight.iter().zip(&self.x).zip(&self.y).zip(&self.z).zip(&self.colors);
-        let used = pixels.filter(|((((weight, _), _), _), _)| **weight > 0);
-        used.map(|((((&weight, &x), &y), &z), &color)| {
-            let (block, cell) = split([x, y, z].map(|c| c >> SUBVOXEL_BITS));
-            let within = [x, y, z].map(|c| (c & (SUBVOXELS - 1)) as u8);
-            (block, Reading { weight, place: cell as u16, within, color })
+        let mapped = (0..self.weight.len()).filter(|&u| self.weight[u] > 0);
+        mapped.map(|u| {
+            let (block, cell) = split(self.cell(u));
+            let within = [self.x[u], self.y[u], self.z[u]].map(|c| (c & (SUBVOXELS - 1)) as u8);
+            (block, Reading { weight: self.weight[u], place: cell as u16, within, color: self.colors[u] })
         })
     }
 }

@@ -44,13 +44,6 @@ struct Run {
     before: u32,
 }
 
-/// A clone begins empty: maps are cloned between frames.
-impl Clone for FrameReadings {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
 impl FrameReadings {
     /// Begins a frame.
     pub(crate) fn clear(&mut self) {
@@ -58,7 +51,6 @@ impl FrameReadings {
         self.runs.clear();
         self.last = None;
         self.recent.clear();
-        self.recent.resize(RECENT, None);
         self.numbers.clear();
         self.last_runs.clear();
     }
@@ -69,6 +61,7 @@ impl FrameReadings {
         readings: impl Iterator<Item = ([i32; 3], Reading)>,
         mut find_slot: impl FnMut(BlockKey) -> usize,
     ) {
+        self.recent.resize(RECENT, None);
         for (block, reading) in readings {
             // Neighbouring readings mostly share a block.
             if self.last != Some(block) {
@@ -106,6 +99,15 @@ impl FrameReadings {
         self.readings.len()
     }
 
+    /// Bytes that the readings take.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.readings.capacity() * size_of::<Reading>()
+            + self.runs.capacity() * size_of::<Run>()
+            + self.recent.capacity() * size_of::<Option<([i32; 3], usize)>>()
+            + self.numbers.memory_bytes()
+            + self.last_runs.capacity() * size_of::<u32>()
+    }
+
     /// The slots of the blocks with readings, in the order in which the frame met them.
     pub(crate) fn slots(&self) -> &[usize] {
         self.numbers.slots()
@@ -131,7 +133,6 @@ mod tests {
     fn each_reading_is_in_its_block_once() {
         let mut readings = FrameReadings::default();
         for frame in 1..3 {
-            readings.clear();
             let slot_of = |index: u32| (index / 3 % 7 * frame % 5) as usize;
             for index in 0..200 {
                 let reading = Reading { weight: index, place: 7, within: [1, 2, 3], color: [4, 5, 6] };
@@ -147,6 +148,7 @@ mod tests {
             }
             found.sort_unstable();
             assert!(found.into_iter().eq(0..200) && readings.len() == 200);
+            readings.clear();
         }
     }
 }

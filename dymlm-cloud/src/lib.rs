@@ -21,6 +21,7 @@ mod fixed_point;
 mod forgetting;
 mod frame_readings;
 mod frame_reads;
+mod frame_scratch;
 mod free_space;
 mod look_through;
 mod mover_masks;

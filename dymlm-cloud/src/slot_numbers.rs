@@ -31,6 +31,11 @@ impl SlotNumbers {
         &self.slots
     }
 
+    /// Bytes that the numbers take.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.numbers.capacity() * size_of::<u32>() + self.slots.capacity() * size_of::<usize>()
+    }
+
     /// Forgets all numbers.
     pub(crate) fn clear(&mut self) {
         for slot in self.slots.drain(..) {

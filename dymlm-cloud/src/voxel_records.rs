@@ -101,13 +101,13 @@ impl VoxelRecords {
         let Self::Narrow(records) = self else {
             return places.for_each(chosen, |place, index| self.add(index, &sums.take(place)));
         };
-        // Records that become too large are widened in the end.
+        // A record that becomes too large waits: widening changes all records, which are borrowed here.
         let mut left = Vec::new();
         places.for_each(chosen, |place, index| {
             let (record, numbers) = (&mut records[index], sums.take(place));
             let before = unpacked(*record);
             let sums = std::array::from_fn(|field| before[field].wrapping_add(numbers[field]));
-            if union(&sums) <= NARROW {
+            if all_bits(&sums) <= NARROW {
                 *record = packed(&sums);
             } else {
                 left.push((index, numbers));
@@ -130,7 +130,7 @@ impl VoxelRecords {
     /// Sets the numbers of a record; returns whether they fit.
     #[inline]
     fn set(&mut self, index: usize, numbers: &[u64; FIELDS]) -> bool {
-        let all = union(numbers);
+        let all = all_bits(numbers);
         match self {
             Self::Narrow(records) if all <= NARROW => records[index] = packed(numbers),
             Self::Medium(records) if all <= u32::MAX.into() => {
@@ -159,7 +159,7 @@ const NARROW: u64 = (1 << 24) - 1;
 
 /// All bits of some numbers.
 #[inline]
-fn union(numbers: &[u64; FIELDS]) -> u64 {
+fn all_bits(numbers: &[u64; FIELDS]) -> u64 {
     numbers.iter().fold(0, |all, number| all | number)
 }
 

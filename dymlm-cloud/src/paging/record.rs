@@ -44,6 +44,7 @@ impl<T: Record + Copy, const N: usize> Record for [T; N] {
     }
 
     fn read(from: &mut &[u8]) -> Option<Self> {
+        const { assert!(N > 0, "an array of no items has no first one, which the others are filled with") };
         let mut items = [T::read(from)?; N];
         for item in items.iter_mut().skip(1) {
             *item = T::read(from)?;
