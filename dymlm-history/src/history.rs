@@ -58,11 +58,13 @@ pub(crate) enum Place {
 
 impl Slot {
     /// Of something that no other slot holds.
+    #[cfg(feature = "state")]
     pub(crate) fn new(place: Place) -> Self {
         Self { identity: Arc::default(), place }
     }
 
     /// Whether both got what they hold from each other, or from the same third one.
+    #[cfg(feature = "state")]
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.identity, &other.identity)
     }
