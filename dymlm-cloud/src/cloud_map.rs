@@ -64,6 +64,8 @@ pub struct CloudMap {
     frames: u32,
     /// Number of the last change, for [`VoxelBlock::stamp`].
     pub(crate) stamp: u32,
+    /// Whether the current frame has taken more out of any voxel than had been put in.
+    is_overdrawn: bool,
     /// For the current frame.
     scratch: FrameScratch,
 }
@@ -133,6 +135,7 @@ impl CloudMap {
             kept: SharedKept::default(),
             frames: 0,
             stamp: 0,
+            is_overdrawn: false,
             scratch: FrameScratch::default(),
         })
     }
@@ -379,6 +382,7 @@ impl CloudMap {
         self.evidence.begin_frame(timestamp);
         self.frames = self.frames.wrapping_add(direction.unit());
         self.scratch.readings.clear();
+        self.is_overdrawn = false;
         self.next_stamp();
     }
 
@@ -477,7 +481,9 @@ impl CloudMap {
                 sums.clear();
                 continue;
             };
+            let read = *sums.read();
             report.new_voxels += block.add_frame(sums, are_colored);
+            self.is_overdrawn |= direction == Direction::Remove && block.is_overdrawn(&read);
         }
         self.voxel_count += report.new_voxels;
         report
@@ -497,9 +503,7 @@ impl CloudMap {
 
     /// Whether the frame that was just taken out had not been in the map.
     pub(crate) fn is_overdrawn(&self) -> bool {
-        self.frames > u32::MAX / 2
-            || self.evidence.is_overdrawn()
-            || self.scratch.readings.slots().iter().any(|&slot| self.voxels.blocks()[slot].is_overdrawn())
+        self.frames > u32::MAX / 2 || self.evidence.is_overdrawn() || self.is_overdrawn
     }
 
     /// Drops the voxels that the last removal has emptied.

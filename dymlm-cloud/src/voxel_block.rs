@@ -186,9 +186,9 @@ impl VoxelBlock {
         }
     }
 
-    /// Whether more was taken out of any voxel than put in.
-    pub(crate) fn is_overdrawn(&self) -> bool {
-        self.iter().any(|(_, voxel)| voxel.is_overdrawn())
+    /// Whether more was taken out of any voxel at these places than put in.
+    pub(crate) fn is_overdrawn(&self, places: &CellBits) -> bool {
+        self.voxels(places).into_iter().any(|(_, voxel)| voxel.is_overdrawn())
     }
 
     /// Bytes that the block owns.
@@ -288,10 +288,12 @@ mod tests {
             block.add(place, reading.negated(), frames.wrapping_neg());
         }
         assert!(block.iter().all(|(_, voxel)| voxel == Voxel::default()));
-        assert!(!block.is_overdrawn());
+        let all = [u64::MAX; BLOCK_CELLS / 64];
+        assert!(!block.is_overdrawn(&all));
         let (place, reading, _) = readings[0];
         block.add(place, reading.negated(), 0);
-        assert!(block.is_overdrawn());
+        assert!(block.is_overdrawn(&all));
+        assert!(!block.is_overdrawn(&CellBits::default()));
         block.add(place, reading, 0);
         assert_eq!((block.drop_empty(), block.len()), (expected().count(), 0));
     }
