@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, put};
+use crate::block_store::{BLOCK_CELLS, CellBits, count, for_each_bit, put};
 use crate::cell_counts::CellCounts;
 use crate::finding::{Counts, FINDINGS};
 
@@ -22,7 +22,7 @@ impl SavedCells {
     }
 
     pub(super) fn len(&self) -> usize {
-        self.cells().iter().map(|word| word.count_ones() as usize).sum()
+        count(&self.cells())
     }
 }
 

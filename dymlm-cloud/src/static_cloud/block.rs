@@ -3,7 +3,7 @@ use dymlm_core::{Point, Rgb};
 use super::Source;
 use super::fusion::Leaving;
 use super::surface::{Moments, Surface};
-use crate::block_store::{CellBits, has};
+use crate::block_store::{CellBits, count, has};
 use crate::changes::{Change, Effect};
 use crate::paging::record;
 use crate::places::Places;
@@ -94,8 +94,8 @@ impl StaticBlock {
     ) -> Self {
         let (key, block) = (source.voxels.keys()[slot], &source.voxels.blocks()[slot]);
         let statics = self.statics;
-        let count: u32 = statics.iter().map(|bits| bits.count_ones()).sum();
-        let mut points = Vec::with_capacity(count as usize);
+        let count = count(&statics);
+        let mut points = Vec::with_capacity(count);
         let mut colors = Vec::new();
         // A voxel that has not changed keeps its point; its colour too, if all readings of the block have
         // one.
@@ -113,7 +113,7 @@ impl StaticBlock {
             points.push(point);
             if let Some(color) = color {
                 if colors.is_empty() {
-                    colors.reserve_exact(count as usize);
+                    colors.reserve_exact(count);
                 }
                 colors.resize(points.len() - 1, Rgb::default());
                 colors.push(color);

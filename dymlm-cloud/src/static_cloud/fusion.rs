@@ -14,7 +14,8 @@ use dymlm_core::{Point, Rgb};
 use super::surface::{HALF_BLOCK, Surface, SurfacesAround};
 use super::{Source, StaticCloud};
 use crate::block_store::{
-    BLOCK_CELLS, BlockStore, CellBits, NEIGHBORS, cell_in_block, for_each_bit, has, put, split, step_to,
+    BLOCK_CELLS, BlockStore, CellBits, NEIGHBORS, cell_in_block, count, for_each_bit, has, put, split,
+    step_to,
 };
 use crate::changes::Changes;
 use crate::paging::record;
@@ -250,7 +251,7 @@ impl Layer {
     }
 
     fn points(&self) -> (Vec<Point>, Vec<Rgb>) {
-        let count = self.taken.iter().map(|word| word.count_ones() as usize).sum();
+        let count = count(&self.taken);
         let (mut points, mut colors) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for_each_bit(self.taken, |place| {
             let point = self.points[place];
