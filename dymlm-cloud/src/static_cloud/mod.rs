@@ -12,6 +12,7 @@ use crate::verdict::{Verdict, VerdictGrid};
 use crate::voxel_block::VoxelBlock;
 
 mod block;
+mod columns;
 mod fusion;
 mod surface;
 

@@ -1,6 +1,7 @@
 use dymlm_core::symmetric_eigen3;
 use dymlm_core::vector3::dot;
 
+use super::columns::Columns;
 use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
 use crate::paging::record;
 use crate::thinning::Thinning;
@@ -15,6 +16,10 @@ pub(super) const HALF_BLOCK: f64 = BLOCK_SIDE as f64 / 2.0;
 /// wall are taken for the noise of one surface between them; with a lower one, few surfaces of a Kinect are
 /// found at all.
 const MOST_VARIANCE: f64 = 2.0;
+/// How far the means of columns of blocks may be from one plane, by variance, beyond the variance over a
+/// voxel: as a share of the readings' noise, which is cut off where the neighbourhood ends. With more, things
+/// before a wall are taken for its noise; without, some far inclined walls keep their shells.
+const UNEVENNESS: f64 = 0.01;
 /// Variance of a uniform distribution over the side of a voxel, square voxels.
 const VOXEL_VARIANCE: f64 = 1.0 / 12.0;
 /// Least ratio of a surface's width to its thickness, by variance: below it, chance decides the normal.
@@ -133,10 +138,11 @@ impl Surface {
         own: &Moments,
         around: impl Iterator<Item = ([i32; 3], &'a Moments)>,
     ) -> Option<Self> {
+        let around: Vec<_> = around.filter(|(_, moments)| moments.weight > 0.0).collect();
         let (mut weight, mut places, mut products, mut noise) = (0.0, [0.0; 3], [[0.0; 3]; 3], 0.0);
-        for (step, moments) in around.filter(|(_, moments)| moments.weight > 0.0) {
-            let step = step.map(|c| f64::from(c) * BLOCK_SIDE as f64);
+        for &(step, moments) in &around {
             let (own_weight, sums) = (f64::from(moments.weight), moments.places.map(f64::from));
+            let step = in_voxels(step);
             let [xx, xy, xz, yy, yz, zz] = moments.products.map(f64::from);
             let own = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
             weight += own_weight;
@@ -155,10 +161,12 @@ impl Surface {
         let entry = |row: usize, column: usize| products[row][column] / weight - mean[row] * mean[column];
         let eigen = symmetric_eigen3([0, 1, 2].map(|row| [0, 1, 2].map(|column| entry(row, column))))?;
         let ([length, width, thickness], [_, _, normal]) = (eigen.values, eigen.vectors);
-        let is_one = thickness <= MOST_VARIANCE * (noise / weight + VOXEL_VARIANCE);
+        let noise = noise / weight;
+        let is_one = thickness <= MOST_VARIANCE * (noise + VOXEL_VARIANCE);
         let has_normal = width > LEAST_WIDTH * thickness && width > LEAST_SHAPE * length;
+        let is_even = || unevenness(&around, normal) <= UNEVENNESS * noise + VOXEL_VARIANCE;
         let log_weight = own.rounded_log_weight();
-        (is_one && has_normal && log_weight > 0).then(|| Self {
+        (is_one && has_normal && log_weight > 0 && is_even()).then(|| Self {
             normal: normal.map(|c| ((c * NORMAL_STEPS).round() / NORMAL_STEPS) as f32),
             offset: ((dot(normal, mean) * OFFSET_STEPS).round() / OFFSET_STEPS) as f32,
             log_weight,
@@ -181,6 +189,22 @@ impl Surface {
             log_weight: LOG_STEP * f64::from(self.log_weight),
         })
     }
+}
+
+/// The variance, across a plane with this normal, of the mean places in the columns of blocks on it.
+fn unevenness(around: &[([i32; 3], &Moments)], normal: [f64; 3]) -> f64 {
+    let mut columns = Columns::along(normal);
+    for &(step, moments) in around {
+        let (weight, way) = (f64::from(moments.weight), in_voxels(step));
+        columns.add(step, weight, [0, 1, 2].map(|axis| f64::from(moments.places[axis]) + weight * way[axis]));
+    }
+    let across = normal.iter().fold(0.0, |longest: f64, c| longest.max(c.abs()));
+    columns.unevenness() * across * across
+}
+
+/// A step from block to block, voxels.
+fn in_voxels(step: [i32; 3]) -> [f64; 3] {
+    step.map(|c| f64::from(c) * BLOCK_SIDE as f64)
 }
 
 impl SurfacesAround {
@@ -218,5 +242,43 @@ impl SurfacesAround {
         }
         let (share, normal) = best.1?;
         Some([0, 1, 2].map(|axis| place[axis] - share * normal[axis]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Readings in the nine blocks of a layer, which a wall at z = 0 passes through: all over their blocks,
+    /// and with a noise of three voxels.
+    fn wall_with(height: impl Fn([i32; 3]) -> f64) -> Surface {
+        let (weight, noise, within) = (5.0, 9.0, BLOCK_SIDE as f64 * BLOCK_SIDE as f64 / 12.0);
+        let steps: Vec<[i32; 3]> = (-1..=1).flat_map(|y| (-1..=1).map(move |x| [x, y, 0])).collect();
+        let moments: Vec<Moments> = steps
+            .iter()
+            .map(|&step| {
+                let z = height(step);
+                let variances = [within, 0.0, 0.0, within, 0.0, noise + z * z];
+                Moments {
+                    weight: weight as f32,
+                    places: [0.0, 0.0, (weight * z) as f32],
+                    products: variances.map(|variance| (weight * variance) as f32),
+                    noise: (weight * noise) as f32,
+                }
+            })
+            .collect();
+        Surface::fit(&moments[4], steps.into_iter().zip(&moments))
+    }
+
+    #[test]
+    fn the_noise_of_a_wall_is_one_surface_also_where_it_is_bent_a_little() {
+        assert!(wall_with(|_| 0.3).is_some());
+        assert!(wall_with(|[x, _, _]| 0.4 * f64::from(x * x)).is_some());
+    }
+
+    #[test]
+    fn a_thing_before_a_wall_is_another_surface_although_it_is_nearer_than_the_noise_is_wide() {
+        assert!(!wall_with(|step| if step == [0; 3] { 2.5 } else { 0.0 }).is_some());
+        assert!(!wall_with(|[x, _, _]| if x == 0 { 2.0 } else { 0.0 }).is_some());
     }
 }
