@@ -6,6 +6,9 @@ use crate::weighting::Weighting;
 /// Farthest distance at which a voxel looks for heavier ones, voxels: not beyond the blocks around its own.
 const MAX_RADIUS: usize = BLOCK_SIDE;
 
+/// Cells along each side of a cube of a [`Window`].
+const CUBE: usize = 4;
+
 /// A voxel with less than this share of the weight of another within its radius is noise: at 1.4 standard
 /// deviations from a surface there is this share of the readings. A lower value leaves a thicker shell of
 /// noise, a higher one takes true surfaces away
@@ -29,17 +32,6 @@ pub(crate) struct Thinning {
     weighting: Weighting,
     /// Factor from a weight to [`Weighting::total`]; a power of two.
     inverse_unit: f32,
-    /// For each radius of a window, from 1 on, the offsets in it by ascending distance.
-    balls: Vec<Vec<Offset>>,
-}
-
-/// The way from a cell to another around it.
-#[derive(Debug, Clone, Copy)]
-struct Offset {
-    /// Square of the distance, voxels.
-    squared_distance: f32,
-    /// Step in the weights of the window.
-    step: isize,
 }
 
 /// A voxel that may be noise.
@@ -59,7 +51,10 @@ pub(crate) struct Window {
     radius: usize,
     /// The least limit of the candidates.
     least_limit: f32,
+    /// By cells: x fastest, then y.
     weights: Vec<f32>,
+    /// The greatest weight in each cube of [`CUBE`]^3 cells, in the same order.
+    heaviest: Vec<f32>,
 }
 
 impl Thinning {
@@ -70,7 +65,6 @@ impl Thinning {
             voxel_size: config.voxel_size,
             weighting,
             inverse_unit: weighting.total(1) as f32,
-            balls: (1..=MAX_RADIUS).map(ball).collect(),
         }
     }
 
@@ -106,14 +100,7 @@ impl Thinning {
         if candidate.limit >= heaviest {
             return false;
         }
-        let [x, y, z] = cell_in_block(candidate.place).map(|c| c as usize + window.radius);
-        let center = (z * window.side() + y) * window.side() + x;
-        let ball = window.radius.checked_sub(1).and_then(|index| self.balls.get(index));
-        let reach = candidate.radius * candidate.radius;
-        let within = ball.into_iter().flatten().take_while(|offset| offset.squared_distance <= reach);
-        within
-            .map(|offset| window.weights[center.wrapping_add_signed(offset.step)])
-            .any(|weight| weight > candidate.limit)
+        window.has_heavier(candidate)
     }
 }
 
@@ -133,8 +120,11 @@ impl Window {
         let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);
         self.radius = radius as usize;
         self.least_limit = candidates.iter().map(|candidate| candidate.limit).fold(f32::INFINITY, f32::min);
+        let (side, cubes) = (self.side(), self.cubes());
         self.weights.clear();
-        self.weights.resize(self.side().pow(3), 0.0);
+        self.weights.resize(side.pow(3), 0.0);
+        self.heaviest.clear();
+        self.heaviest.resize(cubes.pow(3), 0.0);
     }
 
     /// Weights up to this concern no candidate.
@@ -156,10 +146,9 @@ impl Window {
             0 => 0..BLOCK_SIDE,
             _ => 0..self.radius,
         });
+        // May be below the window: then the block's own first cells are, too, and left out.
         let first = step.map(|step| self.radius.wrapping_add_signed(step as isize * BLOCK_SIDE as isize));
-        let side = self.side();
-        let origin =
-            first[2].wrapping_mul(side).wrapping_add(first[1]).wrapping_mul(side).wrapping_add(first[0]);
+        let (side, cubes) = (self.side(), self.cubes());
         let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
         let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
         let inside = columns & rows;
@@ -168,54 +157,112 @@ impl Window {
             |z| voxels[z] & inside,
             |place, rank| {
                 let [x, y, z] = cell_in_block(place).map(|c| c as usize);
-                let cell = origin.wrapping_add((z * side + y) * side + x);
-                if let Some(entry) = self.weights.get_mut(cell) {
+                let at = [x.wrapping_add(first[0]), y.wrapping_add(first[1]), z.wrapping_add(first[2])];
+                let entries = (
+                    self.weights.get_mut(index(at, side)),
+                    self.heaviest.get_mut(index(at.map(|c| c / CUBE), cubes)),
+                );
+                if let (Some(entry), Some(heaviest)) = entries {
                     *entry = weight(rank);
+                    *heaviest = heaviest.max(*entry);
                 }
             },
         );
     }
 
+    /// Whether a voxel within the candidate's radius weighs more than its limit. Only cubes with such a voxel
+    /// are searched: where a surface is, there are few; the candidate's own is first.
+    fn has_heavier(&self, candidate: &Candidate) -> bool {
+        let center = cell_in_block(candidate.place).map(|c| c as usize + self.radius);
+        let reach = candidate.radius as usize;
+        let low = center.map(|c| c.saturating_sub(reach) / CUBE);
+        let high = center.map(|c| (c + reach) / CUBE);
+        let own = center.map(|c| c / CUBE);
+        let finds = |cube: [usize; 3]| {
+            self.heaviest[index(cube, self.cubes())] > candidate.limit
+                && self.cube_has_heavier(cube, center, candidate)
+        };
+        finds(own)
+            || (low[2]..=high[2]).any(|z| {
+                (low[1]..=high[1]).any(|y| (low[0]..=high[0]).any(|x| [x, y, z] != own && finds([x, y, z])))
+            })
+    }
+
+    /// Whether a voxel of a cube, within the candidate's radius from its centre, weighs more than its limit.
+    fn cube_has_heavier(&self, cube: [usize; 3], center: [usize; 3], candidate: &Candidate) -> bool {
+        let (side, reach) = (self.side(), candidate.radius * candidate.radius);
+        let cells = |axis: usize| CUBE * cube[axis]..(CUBE * cube[axis] + CUBE).min(side);
+        let squared = |axis: usize, c: usize| c.abs_diff(center[axis]).pow(2);
+        cells(2).any(|z| {
+            cells(1).any(|y| {
+                let across = squared(2, z) + squared(1, y);
+                let is_within = |x: usize| (across + squared(0, x)) as f32 <= reach;
+                let row = index([0, y, z], side);
+                cells(0).any(|x| self.weights[row + x] > candidate.limit && is_within(x))
+            })
+        })
+    }
+
+    /// Cells along each axis.
     fn side(&self) -> usize {
         BLOCK_SIDE + 2 * self.radius
     }
+
+    /// Cubes along each axis.
+    fn cubes(&self) -> usize {
+        self.side().div_ceil(CUBE)
+    }
 }
 
-/// Offsets to the cells of a ball in a window of its radius, nearest first, without the centre.
-fn ball(radius: usize) -> Vec<Offset> {
-    let (side, radius) = ((BLOCK_SIDE + 2 * radius) as isize, radius as isize);
-    let mut offsets = Vec::new();
-    for z in -radius..=radius {
-        for y in -radius..=radius {
-            for x in -radius..=radius {
-                let squared = x * x + y * y + z * z;
-                // Radii are no whole numbers: cells beyond `radius`, but within the next whole one, may be
-                // reached.
-                if (1..(radius + 1) * (radius + 1)).contains(&squared) {
-                    let step = (z * side + y) * side + x;
-                    offsets.push(Offset { squared_distance: squared as f32, step });
-                }
-            }
-        }
-    }
-    offsets.sort_by(|a, b| a.squared_distance.total_cmp(&b.squared_distance));
-    offsets
+/// The place of a cell, or cube, among so many along each axis.
+fn index([x, y, z]: [usize; 3], side: usize) -> usize {
+    z.wrapping_mul(side).wrapping_add(y).wrapping_mul(side).wrapping_add(x)
 }
 
 #[cfg(test)]
 mod tests {
+    use dymlm_core::SplitMix64;
+
     use super::*;
 
+    /// All cells of the window, one by one.
+    fn has_heavier(window: &Window, candidate: &Candidate) -> bool {
+        let center = cell_in_block(candidate.place).map(|c| c as usize + window.radius);
+        let side = window.side();
+        (0..side.pow(3)).any(|cell| {
+            let at = [cell % side, cell / side % side, cell / side / side];
+            let squared: usize = (0..3).map(|axis| at[axis].abs_diff(center[axis]).pow(2)).sum();
+            window.weights[cell] > candidate.limit && squared as f32 <= candidate.radius * candidate.radius
+        })
+    }
+
     #[test]
-    fn the_balls_are_whole_and_nearest_first() {
-        for radius in 1..=MAX_RADIUS {
-            let ball = ball(radius);
-            let within =
-                |squared: f32| ball.iter().filter(|offset| offset.squared_distance <= squared).count();
-            assert_eq!((within(1.0), within(3.0)), (6, 26));
-            assert!(ball.is_sorted_by(|a, b| a.squared_distance <= b.squared_distance));
-            // Point symmetric, so the steps cancel.
-            assert_eq!(ball.iter().map(|offset| offset.step).sum::<isize>(), 0);
+    fn heavier_voxels_are_found_as_by_looking_at_all() {
+        let mut random = SplitMix64::new(11);
+        let (mut window, mut found) = (Window::default(), 0);
+        for turn in 0..400 {
+            let candidates: Vec<Candidate> = (0..20)
+                .map(|_| Candidate {
+                    place: (512.0 * random.fraction()) as usize,
+                    limit: 1.0 + 9.0 * random.fraction() as f32,
+                    radius: 1.0 + (7.0 * random.fraction()) as f32,
+                })
+                .collect();
+            window.reset(&candidates);
+            let all = [u64::MAX; 8];
+            for step in (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]) {
+                // From a voxel in hundreds to every tenth.
+                let share = 0.1 * f64::from(turn % 20) / 20.0;
+                let voxels =
+                    all.map(|_| (0..64).fold(0, |bits, i| bits | u64::from(random.fraction() < share) << i));
+                window.fill(step, &Places::new(voxels), &voxels, |rank| (rank % 11) as f32);
+            }
+            for candidate in &candidates {
+                let heavier = has_heavier(&window, candidate);
+                assert_eq!(window.has_heavier(candidate), heavier, "{candidate:?}");
+                found += usize::from(heavier);
+            }
         }
+        assert!((2000..7000).contains(&found), "{found}");
     }
 }
