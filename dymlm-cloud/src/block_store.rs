@@ -102,6 +102,13 @@ impl BlockKey {
         (Self(self.0 & !LOW), z << 4 | y << 2 | x)
     }
 
+    /// Which of the eight combinations of even and odd the coordinates of the block's cube are.
+    #[inline]
+    pub(crate) fn parity_of_cube(self) -> usize {
+        let [x, y, z] = [2, Self::BITS + 2, 2 * Self::BITS + 2].map(|shift| (self.0 >> shift & 1) as usize);
+        z << 2 | y << 1 | x
+    }
+
     /// A number of 63 bits that identifies the block.
     #[cfg(feature = "state")]
     pub(crate) fn number(self) -> u64 {
@@ -198,6 +205,12 @@ impl<B: Block> BlockStore<B> {
     #[inline]
     pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
         self.index.slot(key)
+    }
+
+    /// 1 + the slots of the blocks in the neighbourhood of the block at a slot, itself among them; 0 where
+    /// there is none.
+    pub(crate) fn neighborhood(&self, slot: usize) -> [u32; NEIGHBORS] {
+        self.index.neighborhood(self.keys[slot])
     }
 
     /// The slot of the block at `key`, made when there is none. Not inlined, so that the loops over readings
@@ -440,6 +453,22 @@ mod tests {
             };
             let all = (0..store.keys().len()).filter(|&slot| is_within(&store.keys()[slot]));
             assert!(found.into_iter().eq(all), "{first:?} {side}");
+        }
+    }
+
+    #[test]
+    fn the_slots_of_a_neighborhood_are_those_of_its_blocks() {
+        let mut store: BlockStore<u8> = BlockStore::default();
+        // Every other block, over the borders of cubes and on both sides of zero.
+        let coordinates =
+            || (-5..=5).flat_map(|z| (-5..=5).flat_map(move |y| (-5..=5).map(move |x| [x, y, z])));
+        for block in coordinates().filter(|[x, y, z]| (x + y + z) % 2 == 0) {
+            store.slot_or_insert(BlockKey::new(block));
+        }
+        for slot in 0..store.keys().len() {
+            let one_by_one = store.keys()[slot].neighborhood().map(|neighbor| store.slot(neighbor.key));
+            let together = store.neighborhood(slot).map(|slot| (slot as usize).checked_sub(1));
+            assert_eq!(one_by_one.collect::<Vec<_>>(), together);
         }
     }
 

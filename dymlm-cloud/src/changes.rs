@@ -1,7 +1,7 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use crate::block_store::{BlockStore, CellBits, NEIGHBORS, Neighbor, step_to};
+use crate::block_store::{BlockStore, CellBits, NEIGHBORS, step_to};
 use crate::places::Places;
 use crate::slot_index::KeyHasher;
 use crate::static_cloud::Moments;
@@ -84,9 +84,9 @@ impl Changes {
         let mut touched: Vec<Touched> = self.changes.iter().map(start).collect();
         let mut indices = self.indices.clone();
         for (own, change) in self.changes.iter().enumerate() {
-            for (place, Neighbor { key, .. }) in voxels.keys()[change.slot].neighborhood().enumerate() {
-                let Some(slot) = voxels.slot(key) else { continue };
-                touched[own].around[place] = slot as u32 + 1;
+            touched[own].around = voxels.neighborhood(change.slot);
+            for (place, slot) in touched[own].around.into_iter().enumerate() {
+                let Some(slot) = (slot as usize).checked_sub(1) else { continue };
                 if !change.effect.is_any() || !looks_around(slot) {
                     continue;
                 }
@@ -112,10 +112,7 @@ impl Touched {
 
     /// Finds all blocks around.
     pub(crate) fn find_around(&mut self, voxels: &BlockStore<VoxelBlock>) {
-        let neighborhood = voxels.keys()[self.slot].neighborhood();
-        self.around.iter_mut().zip(neighborhood).for_each(|(slot, neighbor)| {
-            *slot = voxels.slot(neighbor.key).map_or(0, |slot| slot as u32 + 1);
-        });
+        self.around = voxels.neighborhood(self.slot);
     }
 }
 

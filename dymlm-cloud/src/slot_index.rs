@@ -2,7 +2,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::sync::Arc;
 
-use crate::block_store::{BlockKey, CUBE_BLOCKS};
+use crate::block_store::{BlockKey, CUBE_BLOCKS, NEIGHBORS};
 
 /// Slots of blocks by their place, grouped by cubes of 4^3 blocks: blocks that are looked up together lie
 /// together, and clones share the cubes that neither has changed since. O(1) expected a look-up.
@@ -17,6 +17,19 @@ impl SlotIndex {
     pub(crate) fn slot(&self, key: BlockKey) -> Option<usize> {
         let (cube, place) = key.in_cube();
         (self.cubes.get(&cube)?[place] as usize).checked_sub(1)
+    }
+
+    /// 1 + the slots of the blocks in the neighbourhood of a block, or 0. Each cube is looked up only once.
+    pub(crate) fn neighborhood(&self, key: BlockKey) -> [u32; NEIGHBORS] {
+        // A neighbourhood reaches into two cubes along each axis at most: an even one and an odd one.
+        let mut cubes = [None; 8];
+        let mut slots = [0; NEIGHBORS];
+        for (slot, neighbor) in slots.iter_mut().zip(key.neighborhood()) {
+            let (cube, place) = neighbor.key.in_cube();
+            let cube = cubes[cube.parity_of_cube()].get_or_insert_with(|| self.cubes.get(&cube));
+            *slot = cube.map_or(0, |cube| cube[place]);
+        }
+        slots
     }
 
     /// The slots of the blocks in the cube that contains a block.

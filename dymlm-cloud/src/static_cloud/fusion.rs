@@ -321,15 +321,14 @@ fn neighbor_at(step: [i32; 3]) -> Option<usize> {
 
 /// The blocks in the neighbourhood of a block, itself among them, with their places in it.
 fn neighborhood(voxels: &BlockStore<VoxelBlock>, slot: usize) -> impl Iterator<Item = (usize, usize)> {
-    let around = voxels.keys()[slot].neighborhood().enumerate();
-    around.filter_map(|(place, neighbor)| Some((place, voxels.slot(neighbor.key)?)))
+    let around = voxels.neighborhood(slot).into_iter().enumerate();
+    around.filter_map(|(place, slot)| Some((place, (slot as usize).checked_sub(1)?)))
 }
 
-/// The blocks in the neighbourhoods of some, each once.
+/// The blocks in the neighbourhoods of some, each once, by their slots.
 fn around(voxels: &BlockStore<VoxelBlock>, slots: impl Iterator<Item = usize>) -> Vec<usize> {
-    let mut around: Vec<usize> =
-        slots.flat_map(|slot| neighborhood(voxels, slot).map(|(_, slot)| slot)).collect();
-    around.sort_unstable();
-    around.dedup();
-    around
+    // Neighbourhoods overlap: a mark a block costs less than sorting all of them.
+    let mut is_around = vec![false; voxels.blocks().len()];
+    slots.flat_map(|slot| neighborhood(voxels, slot)).for_each(|(_, slot)| is_around[slot] = true);
+    is_around.iter().enumerate().filter_map(|(slot, &is_around)| is_around.then_some(slot)).collect()
 }
