@@ -8,6 +8,7 @@ const MAX_RADIUS: usize = BLOCK_SIDE;
 
 /// Cells along each side of a cube of a [`Window`].
 const CUBE: usize = 4;
+const CUBE_CELLS: usize = CUBE.pow(3);
 
 /// A voxel with less than this share of the weight of another within its radius is noise: at 1.4 standard
 /// deviations from a surface there is this share of the readings. A lower value leaves a thicker shell of
@@ -51,10 +52,21 @@ pub(crate) struct Window {
     radius: usize,
     /// The least limit of the candidates.
     least_limit: f32,
-    /// By cells: x fastest, then y.
+    /// x fastest, then y.
+    cubes: Vec<Cube>,
+    /// By cubes, and by cells within each; meaningless where a cube has no voxel.
     weights: Vec<f32>,
-    /// The greatest weight in each cube of [`CUBE`]^3 cells, in the same order.
-    heaviest: Vec<f32>,
+    /// Cubes with a weight that concerns a candidate, by that weight, the heaviest first.
+    heavy_cubes: Vec<(f32, [usize; 3])>,
+}
+
+/// The voxels in a cube of a window.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cube {
+    /// Their greatest weight.
+    heaviest: f32,
+    /// Their cells, by bits.
+    filled: u64,
 }
 
 impl Thinning {
@@ -120,11 +132,10 @@ impl Window {
         let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);
         self.radius = radius as usize;
         self.least_limit = candidates.iter().map(|candidate| candidate.limit).fold(f32::INFINITY, f32::min);
-        let (side, cubes) = (self.side(), self.cubes());
-        self.weights.clear();
-        self.weights.resize(side.pow(3), 0.0);
-        self.heaviest.clear();
-        self.heaviest.resize(cubes.pow(3), 0.0);
+        let cubes = self.cubes_along_axis().pow(3);
+        self.cubes.clear();
+        self.cubes.resize(cubes, Cube::default());
+        self.weights.resize(self.weights.len().max(cubes * CUBE_CELLS), 0.0);
     }
 
     /// Weights up to this concern no candidate.
@@ -146,9 +157,17 @@ impl Window {
             0 => 0..BLOCK_SIDE,
             _ => 0..self.radius,
         });
-        // May be below the window: then the block's own first cells are, too, and left out.
-        let first = step.map(|step| self.radius.wrapping_add_signed(step as isize * BLOCK_SIDE as isize));
-        let (side, cubes) = (self.side(), self.cubes());
+        // Of the index of a weight, what each coordinate of a cell adds.
+        let along = self.cubes_along_axis();
+        let parts = [0, 1, 2].map(|axis| {
+            let first = self.radius.wrapping_add_signed(step[axis] as isize * BLOCK_SIDE as isize);
+            let (cubes, cells) = (along.pow(axis as u32), CUBE.pow(axis as u32));
+            std::array::from_fn::<usize, BLOCK_SIDE, _>(|c| {
+                // Cells outside the window may be below zero: they are left out.
+                let at = c.wrapping_add(first);
+                (at / CUBE).wrapping_mul(CUBE_CELLS * cubes).wrapping_add(at % CUBE * cells)
+            })
+        });
         let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
         let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
         let inside = columns & rows;
@@ -157,66 +176,74 @@ impl Window {
             |z| voxels[z] & inside,
             |place, rank| {
                 let [x, y, z] = cell_in_block(place).map(|c| c as usize);
-                let at = [x.wrapping_add(first[0]), y.wrapping_add(first[1]), z.wrapping_add(first[2])];
-                let entries = (
-                    self.weights.get_mut(index(at, side)),
-                    self.heaviest.get_mut(index(at.map(|c| c / CUBE), cubes)),
-                );
-                if let (Some(entry), Some(heaviest)) = entries {
+                let index = parts[0][x].wrapping_add(parts[1][y]).wrapping_add(parts[2][z]);
+                let (cube, cell) = (index / CUBE_CELLS, index % CUBE_CELLS);
+                if let (Some(cube), Some(entry)) = (self.cubes.get_mut(cube), self.weights.get_mut(index)) {
                     *entry = weight(rank);
-                    *heaviest = heaviest.max(*entry);
+                    cube.heaviest = cube.heaviest.max(*entry);
+                    cube.filled |= 1 << cell;
                 }
             },
         );
     }
 
+    /// To be called after the window is filled, before candidates ask it.
+    pub(crate) fn sort_cubes(&mut self) {
+        let along = self.cubes_along_axis();
+        let place = |index: usize| [index % along, index / along % along, index / along / along];
+        let heavy = self.cubes.iter().enumerate().filter(|(_, cube)| cube.heaviest > self.least_limit);
+        self.heavy_cubes.clear();
+        self.heavy_cubes.extend(heavy.map(|(index, cube)| (cube.heaviest, place(index))));
+        self.heavy_cubes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    }
+
     /// Whether a voxel within the candidate's radius weighs more than its limit. Only cubes with such a voxel
-    /// are searched: where a surface is, there are few; the candidate's own is first.
+    /// are searched, and those of most candidates on a surface are none.
     fn has_heavier(&self, candidate: &Candidate) -> bool {
         let center = cell_in_block(candidate.place).map(|c| c as usize + self.radius);
-        let reach = candidate.radius as usize;
-        let low = center.map(|c| c.saturating_sub(reach) / CUBE);
-        let high = center.map(|c| (c + reach) / CUBE);
-        let own = center.map(|c| c / CUBE);
-        let finds = |cube: [usize; 3]| {
-            self.heaviest[index(cube, self.cubes())] > candidate.limit
-                && self.cube_has_heavier(cube, center, candidate)
-        };
-        finds(own)
-            || (low[2]..=high[2]).any(|z| {
-                (low[1]..=high[1]).any(|y| (low[0]..=high[0]).any(|x| [x, y, z] != own && finds([x, y, z])))
-            })
+        let mut heavier = self.heavy_cubes.iter().take_while(|(heaviest, _)| *heaviest > candidate.limit);
+        heavier.any(|(_, cube)| self.cube_has_heavier(*cube, center, candidate))
     }
 
     /// Whether a voxel of a cube, within the candidate's radius from its centre, weighs more than its limit.
-    fn cube_has_heavier(&self, cube: [usize; 3], center: [usize; 3], candidate: &Candidate) -> bool {
-        let (side, reach) = (self.side(), candidate.radius * candidate.radius);
-        let cells = |axis: usize| CUBE * cube[axis]..(CUBE * cube[axis] + CUBE).min(side);
+    fn cube_has_heavier(&self, place: [usize; 3], center: [usize; 3], candidate: &Candidate) -> bool {
+        let reach = candidate.radius * candidate.radius;
+        let first = place.map(|c| CUBE * c);
         let squared = |axis: usize, c: usize| c.abs_diff(center[axis]).pow(2);
-        cells(2).any(|z| {
-            cells(1).any(|y| {
-                let across = squared(2, z) + squared(1, y);
-                let is_within = |x: usize| (across + squared(0, x)) as f32 <= reach;
-                let row = index([0, y, z], side);
-                cells(0).any(|x| self.weights[row + x] > candidate.limit && is_within(x))
-            })
-        })
+        let nearest = |axis: usize| squared(axis, center[axis].clamp(first[axis], first[axis] + CUBE - 1));
+        if (nearest(0) + nearest(1) + nearest(2)) as f32 > reach {
+            return false;
+        }
+        let index = index(place, self.cubes_along_axis());
+        let weights = &self.weights[cells_of(index)];
+        let mut left = self.cubes[index].filled;
+        while left != 0 {
+            let cell = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if weights[cell] > candidate.limit {
+                let (x, y, z) = (cell % CUBE, cell / CUBE % CUBE, cell / CUBE / CUBE);
+                let squared = squared(0, first[0] + x) + squared(1, first[1] + y) + squared(2, first[2] + z);
+                if squared as f32 <= reach {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
-    /// Cells along each axis.
-    fn side(&self) -> usize {
-        BLOCK_SIDE + 2 * self.radius
+    fn cubes_along_axis(&self) -> usize {
+        (BLOCK_SIDE + 2 * self.radius).div_ceil(CUBE)
     }
+}
 
-    /// Cubes along each axis.
-    fn cubes(&self) -> usize {
-        self.side().div_ceil(CUBE)
-    }
+/// The cells of a cube among the weights of a window.
+fn cells_of(cube: usize) -> std::ops::Range<usize> {
+    CUBE_CELLS * cube..CUBE_CELLS * (cube + 1)
 }
 
 /// The place of a cell, or cube, among so many along each axis.
 fn index([x, y, z]: [usize; 3], side: usize) -> usize {
-    z.wrapping_mul(side).wrapping_add(y).wrapping_mul(side).wrapping_add(x)
+    (z * side + y) * side + x
 }
 
 #[cfg(test)]
@@ -228,11 +255,14 @@ mod tests {
     /// All cells of the window, one by one.
     fn has_heavier(window: &Window, candidate: &Candidate) -> bool {
         let center = cell_in_block(candidate.place).map(|c| c as usize + window.radius);
-        let side = window.side();
-        (0..side.pow(3)).any(|cell| {
-            let at = [cell % side, cell / side % side, cell / side / side];
+        let along = window.cubes_along_axis();
+        (0..(CUBE * along).pow(3)).any(|cell| {
+            let at = [cell, cell / (CUBE * along), cell / (CUBE * along).pow(2)].map(|c| c % (CUBE * along));
+            let (cube, within) = (index(at.map(|c| c / CUBE), along), index(at.map(|c| c % CUBE), CUBE));
             let squared: usize = (0..3).map(|axis| at[axis].abs_diff(center[axis]).pow(2)).sum();
-            window.weights[cell] > candidate.limit && squared as f32 <= candidate.radius * candidate.radius
+            window.cubes[cube].filled & (1 << within) != 0
+                && window.weights[cells_of(cube)][within] > candidate.limit
+                && squared as f32 <= candidate.radius * candidate.radius
         })
     }
 
@@ -257,6 +287,7 @@ mod tests {
                     all.map(|_| (0..64).fold(0, |bits, i| bits | u64::from(random.fraction() < share) << i));
                 window.fill(step, &Places::new(voxels), &voxels, |rank| (rank % 11) as f32);
             }
+            window.sort_cubes();
             for candidate in &candidates {
                 let heavier = has_heavier(&window, candidate);
                 assert_eq!(window.has_heavier(candidate), heavier, "{candidate:?}");

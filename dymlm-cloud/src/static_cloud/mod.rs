@@ -294,6 +294,7 @@ impl StaticCloud {
         }
         window.reset(candidates);
         let heaviest = self.fill_with_changes(changes, touched, only_new, window);
+        window.sort_cubes();
         candidates.retain(|candidate| !source.thinning.is_noise(window, candidate, heaviest));
         candidates.retain(|candidate| {
             let is_static = only_new || has(&asked.kept, candidate.place);
@@ -306,6 +307,7 @@ impl StaticCloud {
             return statics;
         }
         let heaviest = self.fill_with_others(source, changes, touched, window);
+        window.sort_cubes();
         let thinning = source.thinning;
         for candidate in candidates.iter().filter(|candidate| !thinning.is_noise(window, candidate, heaviest))
         {
