@@ -5,6 +5,7 @@
 //! seeded. An example, since the gate builds all of these.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
+#![allow(clippy::unnecessary_wraps, reason = "all operations have one type")]
 
 use std::error::Error;
 use std::hint::black_box;
@@ -12,7 +13,8 @@ use std::hint::black_box;
 use dymlm::{MapBuilder, MapConfig};
 use dymlm_benches::{SEED, blobs, footprint, kinect, room_depth, thing};
 use dymlm_cloud::{CloudMap, CloudMapConfig, Selection};
-use dymlm_core::{BoundingBox, Frame, PointCloud, Pose, SensorModel};
+use dymlm_core::{BoundingBox, Detection, Frame, PointCloud, Pose, SensorModel};
+use dymlm_dynamics::{BoxTracker, TrackerConfig};
 use dymlm_geometry::{
     Assignment, Clusters, Dbscan, DbscanConfig, DbscanScratch, IsolationForest, IsolationForestConfig,
     IsolationForestScratch, IsolationTrees, MinimumAreaRectangleScratch, VoxelGrid, VoxelGridConfig,
@@ -27,22 +29,26 @@ use rand_chacha::ChaCha8Rng;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
+/// Prepares an operation and runs it.
+type Run = fn() -> Outcome;
+
 /// The operations by name.
-const OPERATIONS: [(&str, fn() -> Outcome); 14] = [
-    ("dbscan of 20,000 points", dbscan),
-    ("voxel grid of 20,000 points", voxel_grid),
-    ("isolation forest of 5,000 points", isolation_forest),
-    ("minimum-area rectangle of 10,000 points", rectangle),
-    ("assignment of 100 to 100", assignment),
-    ("octree: insertion of a depth frame", octree_insertion),
-    ("octree: 10,000 look-ups", octree_look_ups),
-    ("octree: 1,000 rays", octree_rays),
-    ("planes of a depth frame", planes),
-    ("cloud: insertion of a depth frame", cloud_insertion),
-    ("cloud: static cloud after one more frame", static_cloud),
-    ("optical flow of 200 points", optical_flow),
-    ("correlation filter of 64 pixels", correlation_filter),
-    ("all maps: insertion of a frame with people", map_insertion),
+const OPERATIONS: [(&str, Run); 15] = [
+    ("dbscan", dbscan),
+    ("voxel_grid", voxel_grid),
+    ("isolation_forest", isolation_forest),
+    ("minimum_area_rectangle", rectangle),
+    ("assignment", assignment),
+    ("box_tracking", box_tracking),
+    ("octree_insertion", octree_insertion),
+    ("octree_look_ups", octree_look_ups),
+    ("octree_rays", octree_rays),
+    ("planes_of_a_frame", planes),
+    ("cloud_insertion", cloud_insertion),
+    ("static_cloud_after_a_frame", static_cloud),
+    ("optical_flow", optical_flow),
+    ("correlation_filter", correlation_filter),
+    ("map_insertion", map_insertion),
 ];
 
 fn main() -> Outcome {
@@ -104,6 +110,30 @@ fn assignment() -> Outcome {
     let weights: Vec<i64> = (0..SIZE * SIZE).map(|_| rng.random_range(0..1_000_000)).collect();
     let mut assignment = Assignment::default();
     counted(|| assignment.solve(SIZE, SIZE, |row, column| weights[SIZE * row + column]).len());
+    Ok(())
+}
+
+/// A crowd of fifty that walks to the right for a second, after a third of one.
+fn box_tracking() -> Outcome {
+    let crowd = |frame: u8| -> Result<Vec<Detection>, Box<dyn Error>> {
+        let person = |i: u8| {
+            let (x, y) = (f32::from(i % 10) * 60.0 + 2.0 * f32::from(frame), f32::from(i / 10) * 90.0);
+            Ok(Detection::new("person", 0.9, BoundingBox::new(x, y, x + 80.0, y + 120.0)?)?)
+        };
+        (0..50).map(person).collect()
+    };
+    let frames = (0..40).map(crowd).collect::<Result<Vec<_>, _>>()?;
+    let mut tracker = BoxTracker::new(TrackerConfig::default())?;
+    let mut time = 0.0;
+    let mut walk = |crowds: &[Vec<Detection>]| {
+        crowds.iter().try_for_each(|crowd| {
+            time += 1.0 / 30.0;
+            tracker.update(time, crowd, None).map(|tracks| _ = black_box(tracks))
+        })
+    };
+    let (before, second) = frames.split_at(10);
+    walk(before)?;
+    counted(|| walk(second))?;
     Ok(())
 }
 

@@ -105,15 +105,6 @@ impl Thinning {
     pub(crate) fn deviation(&self, weight: u64, observations: u32) -> f64 {
         self.weighting.standard_deviation(weight, observations) / self.voxel_size
     }
-
-    /// Whether a voxel in the window makes the candidate noise; `heaviest`: the greatest weight in the
-    /// window.
-    pub(crate) fn is_noise(&self, window: &Window, candidate: &Candidate, heaviest: f32) -> bool {
-        if candidate.limit >= heaviest {
-            return false;
-        }
-        window.has_heavier(candidate)
-    }
 }
 
 /// Whether a voxel with this radius looks beyond its own place.
@@ -197,9 +188,9 @@ impl Window {
         self.heavy_cubes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
     }
 
-    /// Whether a voxel within the candidate's radius weighs more than its limit. Only cubes with such a voxel
-    /// are searched, and those of most candidates on a surface are none.
-    fn has_heavier(&self, candidate: &Candidate) -> bool {
+    /// Whether a candidate is noise: whether a voxel within its radius weighs more than its limit. Only cubes
+    /// with such a voxel are searched, and most candidates on a surface have none.
+    pub(crate) fn is_noise(&self, candidate: &Candidate) -> bool {
         let center = cell_in_block(candidate.place).map(|c| c as usize + self.radius);
         let mut heavier = self.heavy_cubes.iter().take_while(|(heaviest, _)| *heaviest > candidate.limit);
         heavier.any(|(_, cube)| self.cube_has_heavier(*cube, center, candidate))
@@ -290,7 +281,7 @@ mod tests {
             window.sort_cubes();
             for candidate in &candidates {
                 let heavier = has_heavier(&window, candidate);
-                assert_eq!(window.has_heavier(candidate), heavier, "{candidate:?}");
+                assert_eq!(window.is_noise(candidate), heavier, "{candidate:?}");
                 found += usize::from(heavier);
             }
         }

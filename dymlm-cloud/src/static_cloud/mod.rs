@@ -293,9 +293,9 @@ impl StaticCloud {
             touched.find_around(source.voxels);
         }
         window.reset(candidates);
-        let heaviest = self.fill_with_changes(changes, touched, only_new, window);
+        self.fill_with_changes(changes, touched, only_new, window);
         window.sort_cubes();
-        candidates.retain(|candidate| !source.thinning.is_noise(window, candidate, heaviest));
+        candidates.retain(|candidate| !window.is_noise(candidate));
         candidates.retain(|candidate| {
             let is_static = only_new || has(&asked.kept, candidate.place);
             if is_static {
@@ -306,54 +306,42 @@ impl StaticCloud {
         if candidates.is_empty() {
             return statics;
         }
-        let heaviest = self.fill_with_others(source, changes, touched, window);
+        self.fill_with_others(source, changes, touched, window);
         window.sort_cubes();
-        let thinning = source.thinning;
-        for candidate in candidates.iter().filter(|candidate| !thinning.is_noise(window, candidate, heaviest))
-        {
+        for candidate in candidates.iter().filter(|candidate| !window.is_noise(candidate)) {
             put(&mut statics, candidate.place);
         }
         statics
     }
 
-    /// Puts the changed blocks around into the window, or only what has changed in them; returns the greatest
-    /// weight in these.
-    fn fill_with_changes(
-        &self,
-        changes: &Changes,
-        touched: &Touched,
-        only_new: bool,
-        window: &mut Window,
-    ) -> f32 {
-        let changed = touched.around().filter_map(|(step, slot)| Some((step, slot, changes.of(slot)?)));
-        changed.fold(0.0, |heaviest, (step, slot, change)| {
-            let heaviest_here = if only_new { change.effect.raised } else { self.blocks[slot].heaviest };
-            if heaviest_here > window.least_limit() {
+    /// Puts the changed blocks around into the window, or only what has changed in them.
+    fn fill_with_changes(&self, changes: &Changes, touched: &Touched, only_new: bool, window: &mut Window) {
+        for (step, slot) in touched.around() {
+            let Some(change) = changes.of(slot) else { continue };
+            let heaviest = if only_new { change.effect.raised } else { self.blocks[slot].heaviest };
+            if heaviest > window.least_limit() {
                 let voxels = if only_new { &change.voxels } else { change.firm.cells() };
                 window.fill(step, &change.firm, voxels, |rank| change.weights[rank]);
             }
-            heaviest.max(heaviest_here)
-        })
+        }
     }
 
-    /// Puts the blocks around that have not changed into the window; returns the greatest weight in them.
+    /// Puts the blocks around that have not changed into the window.
     fn fill_with_others(
         &self,
         source: Source<'_>,
         changes: &Changes,
         touched: &Touched,
         window: &mut Window,
-    ) -> f32 {
-        let others = touched.around().filter(|&(_, slot)| changes.of(slot).is_none());
-        others.fold(0.0, |heaviest, (step, slot)| {
+    ) {
+        for (step, slot) in touched.around().filter(|&(_, slot)| changes.of(slot).is_none()) {
             let (voxels, block) = (&source.voxels.blocks()[slot], &self.blocks[slot]);
             if block.heaviest > window.least_limit() {
                 window.fill(step, voxels.places(), &block.firm, |rank| {
                     source.thinning.weight(voxels.weight(rank))
                 });
             }
-            heaviest.max(block.heaviest)
-        })
+        }
     }
 
     /// The newest stamp of a voxel that has been taken in.
