@@ -12,3 +12,4 @@ pub(crate) use patch::SavedBlock;
 pub(crate) use patch::{CoarseCell, Patch, PatchVoxel, reach};
 pub(crate) use plane_index::PlaneIndex;
 pub(crate) use voxel_box::VoxelBox;
+pub(crate) use voxel_lists::VoxelLists;

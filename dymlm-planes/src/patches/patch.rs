@@ -75,9 +75,13 @@ pub(crate) fn reach(voxel_size: f64) -> f64 {
 
 impl Patch {
     /// The voxels of some points (world, metres); points that are not finite are ignored.
-    pub(crate) fn of_points(points: impl Iterator<Item = [f64; 3]>, voxel_size: f64) -> Self {
+    pub(crate) fn of_points(
+        points: impl Iterator<Item = [f64; 3]>,
+        voxel_size: f64,
+        lists: &mut VoxelLists,
+    ) -> Self {
         let scale = 1.0 / voxel_size;
-        let mut lists = VoxelLists::default();
+        lists.clear();
         // A loop inside the iterator, which is faster than one that asks for each point.
         points
             .filter(|point| point.iter().all(|x| x.is_finite()))
@@ -321,7 +325,7 @@ mod tests {
     use super::*;
 
     fn patch(points: &[[f64; 3]]) -> Patch {
-        Patch::of_points(points.iter().copied(), 0.1)
+        Patch::of_points(points.iter().copied(), 0.1, &mut VoxelLists::default())
     }
 
     #[test]

@@ -49,7 +49,8 @@ impl PlaneIndex {
 
     /// The planes with blocks in the cells that a box of voxels touches, in the order of their births.
     pub(crate) fn near(&self, region: &VoxelBox) -> Vec<Birth> {
-        let mut found = Vec::new();
+        // Room for what is near most regions, so that the list seldom grows.
+        let mut found = Vec::with_capacity(64);
         visit_in(&self.cells, region, CELL_BITS, |_, planes| {
             found.extend(planes.iter().map(|(birth, _)| *birth));
         });

@@ -6,10 +6,10 @@ use super::block::{BLOCK_VOXELS, BlockKey, local};
 const WORD: usize = u64::BITS as usize;
 
 /// Voxels in the order in which samples fell into them, by block: the first half of a counting sort, which
-/// takes a third of the time of sorting the samples.
+/// takes a third of the time of sorting the samples. Their memory is kept for the next patch.
 #[derive(Debug, Default)]
-pub(super) struct VoxelLists {
-    /// The place of each block's list.
+pub(crate) struct VoxelLists {
+    /// The place of each block's list. Lists behind these are empty.
     places: BTreeMap<BlockKey, usize>,
     lists: Vec<Vec<u16>>,
     /// The block of the last sample, and the place of its list: neighbouring samples mostly share it.
@@ -17,11 +17,20 @@ pub(super) struct VoxelLists {
 }
 
 impl VoxelLists {
+    pub(super) fn clear(&mut self) {
+        self.lists.iter_mut().take(self.places.len()).for_each(Vec::clear);
+        self.places.clear();
+        self.last = None;
+    }
+
     pub(super) fn add(&mut self, voxel: [i32; 3]) {
         let block = BlockKey::of(voxel);
         let place = match self.last {
             Some((last, place)) if last == block => place,
-            _ => *self.places.entry(block).or_insert(self.lists.len()),
+            _ => {
+                let next = self.places.len();
+                *self.places.entry(block).or_insert(next)
+            }
         };
         self.last = Some((block, place));
         if place == self.lists.len() {

@@ -10,7 +10,7 @@ use super::observation::{PlacedShare, reach_of_planes};
 use crate::detector::{DetectedPlane, RayLattice};
 use crate::error::Error;
 use crate::moments::Moments;
-use crate::patches::Patch;
+use crate::patches::{Patch, VoxelLists};
 
 /// What one key frame has added, in its camera's frame: enough to add it at any pose, and to subtract it
 /// again to the bit.
@@ -154,6 +154,7 @@ impl KeyFrame {
         share: &Share,
         places: &Places,
         voxel_size: f64,
+        lists: &mut VoxelLists,
     ) -> Result<PlacedShare, Error> {
         let (pose, moments) = (self.pose(share), share.moments());
         let centroid = pose.transform_point(moments.centroid());
@@ -177,7 +178,7 @@ impl KeyFrame {
                 plane,
                 centroid,
                 moments,
-                patch: Patch::of_points(points.map(to_world), voxel_size),
+                patch: Patch::of_points(points.map(to_world), voxel_size, lists),
             })
         });
         placed.ok_or(Error::OutOfReach { centroid, reach })

@@ -20,7 +20,7 @@ use super::report::PlaneReport;
 use crate::association::{Agreement, Criterion, FinitePlane, Partition};
 use crate::detector::DetectedPlane;
 use crate::error::Error;
-use crate::patches::{PlaneIndex, VoxelBox};
+use crate::patches::{PlaneIndex, VoxelBox, VoxelLists};
 use crate::shared_map::SharedMap;
 
 /// The map of finite planes (paper III-B).
@@ -218,8 +218,9 @@ impl PlaneMap {
         key_frame: &KeyFrame,
         places: &Places,
     ) -> Result<Vec<Observation>, Error> {
+        let mut lists = VoxelLists::default();
         let place = |(plane, share)| {
-            let placed = key_frame.placed(share, places, self.config.voxel_size)?;
+            let placed = key_frame.placed(share, places, self.config.voxel_size, &mut lists)?;
             Ok(Observation::new(plane, placed, &key_frame.world_from_camera))
         };
         detected.iter().zip(&key_frame.shares).map(place).collect()

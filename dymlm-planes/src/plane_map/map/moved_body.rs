@@ -6,7 +6,7 @@ use super::super::key_frame::Share;
 use super::PlaneMap;
 use crate::error::Error;
 use crate::linear_algebra::foot_on;
-use crate::patches::PatchVoxel;
+use crate::patches::{PatchVoxel, VoxelLists};
 
 /// Least share of a plane's inliers that must belong to a body for the plane to be the body's.
 const BODY_SHARE: f64 = 0.6;
@@ -63,7 +63,7 @@ impl PlaneMap {
 
     /// Moves the key frames' shares of some planes; all or none.
     fn move_shares(&mut self, planes: &[Birth], new_from_old: &Pose) -> Result<(), Error> {
-        let mut moved = BTreeMap::new();
+        let (mut moved, mut lists) = (BTreeMap::new(), VoxelLists::default());
         for (&number, key_frame) in self.key_frames.iter() {
             let goes = |share: &Share| planes.contains(&self.resolve(share.plane));
             if key_frame.shares.iter().any(goes) {
@@ -71,7 +71,12 @@ impl PlaneMap {
                 for index in 0..key_frame.shares.len() {
                     if goes(&key_frame.shares[index]) {
                         key_frame.move_share(index, new_from_old);
-                        key_frame.placed(&key_frame.shares[index], &places, self.config.voxel_size)?;
+                        key_frame.placed(
+                            &key_frame.shares[index],
+                            &places,
+                            self.config.voxel_size,
+                            &mut lists,
+                        )?;
                     }
                 }
                 moved.insert(number, key_frame);

@@ -7,6 +7,7 @@ use super::super::key_frame::{KeyFrame, Share};
 use super::super::map_plane::MapPlane;
 use super::PlaneMap;
 use crate::error::Error;
+use crate::patches::VoxelLists;
 
 /// Removal of key frames.
 impl PlaneMap {
@@ -33,10 +34,11 @@ impl PlaneMap {
 
     /// Subtracts some shares of a key frame from the planes that contain them now.
     pub(super) fn subtract(&mut self, key_frame: &KeyFrame, shares: &[Share]) {
-        let places = key_frame.places();
+        let (places, mut lists) = (key_frame.places(), VoxelLists::default());
         for share in shares {
             let birth = self.resolve(share.plane);
-            let Ok(placed) = key_frame.placed(share, &places, self.config.voxel_size) else { continue };
+            let placed = key_frame.placed(share, &places, self.config.voxel_size, &mut lists);
+            let Ok(placed) = placed else { continue };
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
             plane.moments.subtract(&placed.moments);
             plane.patch.subtract(&placed.patch, |block| {
@@ -106,12 +108,13 @@ impl PlaneMap {
     /// Rebuilds planes from what the key frames have seen of them. O(all shares).
     pub(super) fn rebuild(&mut self, births: &[Birth]) {
         let mut planes: BTreeMap<Birth, MapPlane> = BTreeMap::new();
+        let mut lists = VoxelLists::default();
         for key_frame in self.key_frames.values() {
             let is_wanted = |share: &&Share| births.contains(&self.resolve(share.plane));
             let mut shares = key_frame.shares.iter().filter(is_wanted).peekable();
             let places = shares.peek().map(|_| key_frame.places());
             for (share, places) in shares.zip(places.iter().cycle()) {
-                let placed = key_frame.placed(share, places, self.config.voxel_size);
+                let placed = key_frame.placed(share, places, self.config.voxel_size, &mut lists);
                 let (Ok(placed), birth) = (placed, self.resolve(share.plane)) else { continue };
                 let new = || MapPlane::new((birth, self.names.id(birth)), placed.plane, self.shape());
                 let plane = planes.entry(birth).or_insert_with(new);
