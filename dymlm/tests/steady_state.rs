@@ -60,7 +60,7 @@ fn a_frame_of_a_camera_at_rest_allocates_its_report_alone() {
 }
 
 /// A camera that goes to and fro over the same key frames of a mapped room. Such a frame does allocate, and this
-/// bounds how often. By valgrind's dhat, roughly, calls of a frame of 320x240 in this session, in the mean:
+/// bounds how often. By valgrind's dhat, roughly, calls of a frame of 320x240 in the mean:
 ///
 /// - planes, 1200: the voxels of each detected plane by block, which the map shares with readers (700), lists of
 ///   planes and blocks near a region (250), covariances, labels and shares of the key frame, which are kept (250);
@@ -89,7 +89,6 @@ fn a_key_frame_of_a_mapped_room_allocates_a_bounded_number_of_times() {
         rounds.push(median(calls));
     }
     let last = rounds[ROUNDS - 1];
-    eprintln!("median of calls, by round: {rounds:?}");
     assert!(last <= MOST_CALLS, "{rounds:?}");
     assert!(last <= rounds[1] * 11 / 10, "they grow: {rounds:?}");
 }
