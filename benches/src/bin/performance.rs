@@ -89,12 +89,12 @@ had other work: the exponents count, the times are of that machine and that day,
 third. Memory is what results and kept buffers, or the maps, hold.
 ";
 const POINTS_TEXT: &str = "One call each, buffers empty before. Blobs for DBSCAN, outlier removal and octree; the \
-    surface of a box for forest and rectangle; a whole frame of a room with so many pixels for the cloud.";
+    surface of a box for forest and rectangle; a whole frame of a wall with so many pixels for the cloud.";
 const FRAMES_TEXT: &str = "A walk of 10,000 frames of 80x60 through a building of 60 rooms: the mean cost of a \
     frame in the second half of so many frames, and what the maps hold. The walk meets new rooms, so memory \
     grows; a frame must not.";
 const PLANES_TEXT: &str = "Copies of one room, 40 m apart, seven frames of 160x120 in each: the mean cost of a frame \
-    in the last rooms of so many, against the planes that the map then holds. No frame sees another room.";
+    in the last quarter of so many rooms, against the planes that the map then holds. No frame sees another room.";
 const OBJECTS_TEXT: &str = "The same session, against the objects that the map holds.";
 
 /// Runs an operation once and measures it. What `work` returns is alive when memory is counted.
