@@ -325,10 +325,12 @@ fn neighborhood(voxels: &BlockStore<VoxelBlock>, slot: usize) -> impl Iterator<I
     around.filter_map(|(place, slot)| Some((place, (slot as usize).checked_sub(1)?)))
 }
 
-/// The blocks in the neighbourhoods of some, each once, by their slots.
+/// The blocks in the neighbourhoods of some, each once.
 fn around(voxels: &BlockStore<VoxelBlock>, slots: impl Iterator<Item = usize>) -> Vec<usize> {
-    // Neighbourhoods overlap: a mark a block costs less than sorting all of them.
-    let mut is_around = vec![false; voxels.blocks().len()];
-    slots.flat_map(|slot| neighborhood(voxels, slot)).for_each(|(_, slot)| is_around[slot] = true);
-    is_around.iter().enumerate().filter_map(|(slot, &is_around)| is_around.then_some(slot)).collect()
+    // Sorted, since a mark for each block of the map would cost what the map holds, not what has changed.
+    let mut around: Vec<usize> =
+        slots.flat_map(|slot| neighborhood(voxels, slot).map(|(_, slot)| slot)).collect();
+    around.sort_unstable();
+    around.dedup();
+    around
 }
