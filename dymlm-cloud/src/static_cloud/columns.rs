@@ -11,7 +11,10 @@ const LEAST_SHARE: f64 = 1e-9;
 pub(super) struct Columns {
     /// The axis along which they stand: the one that the surface's normal is closest to.
     up: usize,
-    columns: [Sums; SIDE * SIDE],
+    /// The normal's part along it: from a distance along the columns to one across the surface.
+    across: f64,
+    /// By columns.
+    sums: [Sums; SIDE * SIDE],
 }
 
 /// Sums over the voxels of a column: weights, and weight times place.
@@ -25,25 +28,26 @@ impl Columns {
     /// No blocks yet; `normal`: of the surface.
     pub(super) fn along(normal: [f64; 3]) -> Self {
         let longest = (0..3).max_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
-        Self { up: longest.unwrap_or(0), columns: Default::default() }
+        let up = longest.unwrap_or(0);
+        Self { up, across: normal[up], sums: Default::default() }
     }
 
     /// Adds a block to which `step` leads from the middle one: its weight, and the sum of weight times place.
     pub(super) fn add(&mut self, step: [i32; 3], weight: f64, places: [f64; 3]) {
         let [a, b, _] = self.axes().map(|axis| (step[axis] + 1).clamp(0, 2) as usize);
-        let column = &mut self.columns[SIDE * a + b];
+        let column = &mut self.sums[SIDE * a + b];
         column.weight += weight;
         for (sum, place) in column.places.iter_mut().zip(places) {
             *sum += place;
         }
     }
 
-    /// The variance of the columns' means along the columns, from the plane that fits these means best.
+    /// The variance of the columns' means across the surface, from the plane that fits these means best.
     ///
     /// That plane is not the one that fits the voxels best: where the neighbourhood ends, the noise of an
     /// inclined wall is cut off on one side, which turns it.
     pub(super) fn unevenness(&self) -> f64 {
-        let filled = || self.columns.iter().filter(|column| column.weight > 0.0);
+        let filled = || self.sums.iter().filter(|column| column.weight > 0.0);
         let weight: f64 = filled().map(|column| column.weight).sum();
         let axes = self.axes();
         let mean = axes.map(|axis| filled().map(|column| column.places[axis]).sum::<f64>() / weight);
@@ -58,7 +62,7 @@ impl Columns {
                 }
             }
         }
-        unexplained(products) / weight
+        unexplained(products) / weight * self.across * self.across
     }
 
     /// The two axes across the columns, then the one along them.

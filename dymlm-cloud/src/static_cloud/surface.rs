@@ -117,6 +117,11 @@ impl Moments {
         }
     }
 
+    /// The sum of weight times place, from the middle of the block from which `step` (voxels) leads here.
+    fn places_from(&self, step: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis| f64::from(self.places[axis]) + f64::from(self.weight) * step[axis])
+    }
+
     fn rounded_log_weight(&self) -> u16 {
         (self.weight.to_bits() >> WEIGHT_BITS) as u16
     }
@@ -143,12 +148,13 @@ impl Surface {
         for &(step, moments) in &around {
             let (own_weight, sums) = (f64::from(moments.weight), moments.places.map(f64::from));
             let step = in_voxels(step);
+            let moved = moments.places_from(step);
             let [xx, xy, xz, yy, yz, zz] = moments.products.map(f64::from);
             let own = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
             weight += own_weight;
             noise += f64::from(moments.noise);
             for row in 0..3 {
-                places[row] += sums[row] + own_weight * step[row];
+                places[row] += moved[row];
                 for column in row..3 {
                     products[row][column] += own[row][column]
                         + step[row] * sums[column]
@@ -191,15 +197,13 @@ impl Surface {
     }
 }
 
-/// The variance, across a plane with this normal, of the mean places in the columns of blocks on it.
+/// The [unevenness](Columns::unevenness) of the blocks around, on a surface with this normal.
 fn unevenness(around: &[([i32; 3], &Moments)], normal: [f64; 3]) -> f64 {
     let mut columns = Columns::along(normal);
     for &(step, moments) in around {
-        let (weight, way) = (f64::from(moments.weight), in_voxels(step));
-        columns.add(step, weight, [0, 1, 2].map(|axis| f64::from(moments.places[axis]) + weight * way[axis]));
+        columns.add(step, f64::from(moments.weight), moments.places_from(in_voxels(step)));
     }
-    let across = normal.iter().fold(0.0, |longest: f64, c| longest.max(c.abs()));
-    columns.unevenness() * across * across
+    columns.unevenness()
 }
 
 /// A step from block to block, voxels.
