@@ -72,7 +72,19 @@ pub fn footprint(n: usize) -> Vec<[f64; 2]> {
 /// Never: the constants are a valid camera's.
 #[allow(clippy::unwrap_used, reason = "constants")]
 pub fn kinect() -> PinholeCamera {
-    PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap()
+    kinect_of_width(640).unwrap()
+}
+
+/// A camera with a Kinect's field of view and so many columns of pixels.
+///
+/// # Errors
+///
+/// The camera's, where it would have no pixel.
+pub fn kinect_of_width(width: usize) -> Result<PinholeCamera, dymlm_core::Error> {
+    let height = width * 3 / 4;
+    let focal_length = 525.0 / 640.0 * width as f64;
+    let [cx, cy] = [width, height].map(|side| (side as f64 - 1.0) / 2.0);
+    PinholeCamera::new(width, height, focal_length, focal_length, cx, cy)
 }
 
 /// A depth frame of a corner of a room: floor, two walls, a table, with noise and missing pixels.

@@ -12,7 +12,8 @@ use std::error::Error;
 use std::time::Duration;
 
 use dymlm::{FrameOutcome, MapBuilder, MapConfig, MultiLevelMap, Stage, StageTimes};
-use dymlm_core::{BoundingBox, Detection, Frame, PinholeCamera, Pose};
+use dymlm_benches::kinect_of_width;
+use dymlm_core::{BoundingBox, Detection, Frame, Pose};
 use dymlm_sim::{Activity, CameraPath, FrameScratch, Sequence, SequenceConfig};
 use dymlm_test_support::processor_time;
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
@@ -47,7 +48,7 @@ fn main() -> Result<(), AnyError> {
         let mut config = SequenceConfig::building(1, 60);
         config.frames = config.frames * 22 / 100;
         config.frame_rate *= 0.22;
-        config.camera = Some(camera(160)?);
+        config.camera = Some(kinect_of_width(160)?);
         grow("60 rooms", sequence(&config)?, config.frames / part)?;
     }
     if asked("aisle") {
@@ -57,18 +58,10 @@ fn main() -> Result<(), AnyError> {
         let mut config = SequenceConfig::default();
         (config.path, config.activity) = (CameraPath::Static, Activity::Sitting);
         (config.frames, config.frame_rate) = (108_000, 30.0);
-        config.camera = Some(camera(80)?);
+        config.camera = Some(kinect_of_width(80)?);
         grow("an hour at rest", sequence(&config)?, config.frames / part)?;
     }
     Ok(())
-}
-
-/// A camera with a Kinect's field of view.
-fn camera(width: usize) -> Result<PinholeCamera, dymlm_core::Error> {
-    let height = width * 3 / 4;
-    let focal_length = 525.0 / 640.0 * width as f64;
-    let [cx, cy] = [width, height].map(|side| (side as f64 - 1.0) / 2.0);
-    PinholeCamera::new(width, height, focal_length, focal_length, cx, cy)
 }
 
 fn sequence(config: &SequenceConfig) -> Result<impl FnMut(usize) -> Result<Input, AnyError>, AnyError> {
@@ -92,7 +85,7 @@ const APART: f64 = 4.0;
 /// An aisle of 2.4 m between walls, with a box every two metres.
 fn aisle(index: usize) -> Result<Input, AnyError> {
     let x = STEP * index as f64;
-    let camera = camera(160)?;
+    let camera = kinect_of_width(160)?;
     let world_from_camera = look_at([x, 0.0, 1.3], [x + 2.0, 0.6 * (0.31 * index as f64 / RATE).sin(), 0.8]);
     let mut world = World::of(&[
         Rectangle::level([x + 3.0, 0.0, 0.0], 8.0, 1.2),
