@@ -39,7 +39,17 @@ class Report:
     def markdown(self) -> str:
         inputs = "\n".join(f"- {name}: {text}" for name, text in self.inputs.items())
         summary, details = markdown_table(self.summary()), markdown_table(self.details())
-        return f"{self.headline()}\n\n{summary}\n\nAll contestants:\n\n{details}\n\nInputs:\n\n{inputs}\n"
+        sections = [
+            "# Other libraries and ours",
+            "Written by `benches/compare/compare.py --markdown`; do not edit. What is measured, and how: benches/compare/README.md.",
+            self.headline(),
+            summary,
+            "## All contestants",
+            details,
+            "## Inputs",
+            inputs,
+        ]
+        return "\n\n".join(sections) + "\n"
 
     def json(self) -> str:
         rows = []
