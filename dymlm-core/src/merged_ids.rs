@@ -16,7 +16,7 @@ use crate::Succession;
 /// assert!(!merged.insert(c, a));
 /// assert_eq!(merged.current(c), c);
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "BTreeMap<Id, Id>", into = "BTreeMap<Id, Id>"))]
 #[cfg_attr(
@@ -28,13 +28,23 @@ use crate::Succession;
 )]
 pub struct MergedIds<Id> {
     into: BTreeMap<Id, Id>,
+    revision: u64,
 }
 
 impl<Id> Default for MergedIds<Id> {
     fn default() -> Self {
-        Self { into: BTreeMap::new() }
+        Self { into: BTreeMap::new(), revision: 0 }
     }
 }
+
+/// How often they have changed is no part of what they are.
+impl<Id: PartialEq> PartialEq for MergedIds<Id> {
+    fn eq(&self, other: &Self) -> bool {
+        self.into == other.into
+    }
+}
+
+impl<Id: Eq> Eq for MergedIds<Id> {}
 
 impl<Id: Copy + Ord> MergedIds<Id> {
     /// The id that an id leads to: itself unless its thing was merged. O(merges on the way).
@@ -50,6 +60,7 @@ impl<Id: Copy + Ord> MergedIds<Id> {
     pub fn insert(&mut self, from: Id, into: Id) -> bool {
         let is_open = self.current(into) != from;
         if is_open {
+            self.revision += 1;
             self.into.insert(from, into);
         }
         is_open
@@ -57,11 +68,19 @@ impl<Id: Copy + Ord> MergedIds<Id> {
 
     /// Lets an id stand for its own thing again.
     pub fn remove(&mut self, from: Id) {
+        self.revision += 1;
         self.into.remove(&from);
+    }
+
+    /// A number that grows whenever an id may lead elsewhere than before: who has followed all ids needs to do
+    /// so again only when it has changed. It is not saved.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Forgets the ids that do not lead to one that `stays`.
     pub fn retain(&mut self, stays: impl Fn(Id) -> bool) {
+        self.revision += 1;
         let leading: Vec<Id> = self.into.keys().copied().filter(|&from| stays(self.current(from))).collect();
         self.into.retain(|from, _| leading.binary_search(from).is_ok());
     }
@@ -89,6 +108,7 @@ impl<Id: Copy + Ord> MergedIds<Id> {
         before: &Self,
         is_in_map: impl Fn(Id) -> bool,
     ) {
+        self.revision += 1;
         self.into = self.into.iter().map(|(&from, &into)| (ids.of(from), ids.of(into))).collect();
         for (&from, &into) in merged.iter().chain(&before.into) {
             if !is_in_map(from) && !self.into.contains_key(&from) {
@@ -153,6 +173,20 @@ mod tests {
     fn a_merged_id_leads_to_what_it_became() {
         let merged = merged(&[[4, 2], [2, 7]]);
         assert_eq!([4, 2, 7, 9].map(|id| current(&merged, id)), [7, 7, 7, 9]);
+    }
+
+    #[test]
+    fn a_change_of_what_ids_lead_to_shows_in_the_revision() {
+        let mut merged = merged(&[[4, 2]]);
+        let before = (merged.clone(), merged.revision());
+        assert!(!merged.insert(ObjectId::new(2), ObjectId::new(4)));
+        assert_eq!(merged.revision(), before.1);
+        assert!(merged.insert(ObjectId::new(2), ObjectId::new(7)));
+        let merged_twice = merged.revision();
+        merged.remove(ObjectId::new(2));
+        // The same merges again, but who has followed 2 to 7 must look again.
+        assert_eq!(merged, before.0);
+        assert!(before.1 < merged_twice && merged_twice < merged.revision());
     }
 
     #[test]

@@ -66,6 +66,8 @@ pub struct ObjectMapper {
     near: Vec<Birth>,
     /// Ids of the planes that objects were seen to stand on.
     pub(crate) supports: BTreeSet<PlaneId>,
+    /// The revision of the planes' ids that `supports` follow, where it is known.
+    followed: Option<u64>,
     report: ObjectReport,
 }
 
@@ -109,6 +111,7 @@ impl ObjectMapper {
             changed: BTreeSet::new(),
             near: Vec::new(),
             supports: BTreeSet::new(),
+            followed: None,
             report: ObjectReport::default(),
             config,
             sensor,
@@ -327,10 +330,14 @@ impl ObjectMapper {
 
     /// Updates the ids of supporting planes that were merged since.
     fn follow_planes(&mut self, planes: &dyn SupportingPlanes) {
-        if self.supports.iter().all(|&id| planes.current_id(id) == id) {
+        let revision = planes.ids_revision();
+        if revision.is_some() && revision == self.followed {
             return;
         }
-        self.rename_planes(|id| planes.current_id(id));
+        if self.supports.iter().any(|&id| planes.current_id(id) != id) {
+            self.rename_planes(|id| planes.current_id(id));
+        }
+        self.followed = revision;
     }
 
     /// Replaces the ids of supporting planes.

@@ -62,6 +62,12 @@ pub trait SupportingPlanes {
     fn current_id(&self, id: PlaneId) -> PlaneId {
         id
     }
+
+    /// A number that changes whenever a present id may have changed, so that ids are not looked up in each
+    /// frame; `None` when this is not known.
+    fn ids_revision(&self) -> Option<u64> {
+        None
+    }
 }
 
 impl<F: Fn([f64; 3], f64, &mut Vec<SupportPlane>)> SupportingPlanes for F {

@@ -14,4 +14,8 @@ impl SupportingPlanes for MappedPlanes<'_> {
     fn current_id(&self, id: PlaneId) -> PlaneId {
         self.0.current_id(id).unwrap_or(id)
     }
+
+    fn ids_revision(&self) -> Option<u64> {
+        Some(self.0.ids_revision())
+    }
 }

@@ -381,6 +381,36 @@ fn what_stands_on_a_plane_stands_on_what_the_plane_went_into() {
     assert_eq!((mapper.map().on_plane(TABLE).count(), mapper.map().on_plane(WHOLE).count()), (0, 3));
 }
 
+/// In a building, the planes on which things stand are many, and a frame must not ask about all of them.
+#[test]
+fn ids_of_planes_are_looked_up_only_when_they_may_have_changed() {
+    struct Counting {
+        revision: u64,
+        asked: std::cell::Cell<usize>,
+    }
+    impl dymlm_objects::SupportingPlanes for Counting {
+        fn near(&self, _point: [f64; 3], _reach: f64, _found: &mut Vec<SupportPlane>) {}
+        fn current_id(&self, id: PlaneId) -> PlaneId {
+            self.asked.set(self.asked.get() + 1);
+            id
+        }
+        fn ids_revision(&self) -> Option<u64> {
+            Some(self.revision)
+        }
+    }
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..4 {
+        show(&mut mapper, &scene, step, &all());
+    }
+    let asked = [7, 7, 7, 8, 8].into_iter().zip(4..).map(|(revision, step)| {
+        let planes = Counting { revision, asked: 0.into() };
+        let frame = scene.frame(0.1 * step as f64, &pose(step));
+        mapper.insert(&ObjectView::without_detector_run(&frame, &pose(step)), &planes).unwrap();
+        planes.asked.get() > 0
+    });
+    assert_eq!(asked.collect::<Vec<_>>(), [true, false, false, true, false]);
+}
+
 #[test]
 fn any_number_of_objects_is_carried_at_once() {
     let (mut scene, mut mapper) = (kitchen(), mapper());

@@ -7,6 +7,8 @@ mod renaming;
 #[cfg(feature = "state")]
 mod saved_state;
 
+use std::collections::BTreeSet;
+
 use dymlm_core::vector3::norm;
 use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Pose, SensorModel};
 
@@ -53,6 +55,8 @@ pub struct PlaneMap {
     criterion: Criterion,
     pub(super) planes: SharedMap<Birth, MapPlane>,
     index: PlaneIndex,
+    /// The planes that were judged to be gone, and some that have left the map or came back since.
+    gone: BTreeSet<Birth>,
     pub(super) key_frames: SharedMap<FrameId, KeyFrame>,
     /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
@@ -88,6 +92,7 @@ impl PlaneMap {
             sensor,
             planes: SharedMap::default(),
             index: PlaneIndex::default(),
+            gone: BTreeSet::new(),
             key_frames: SharedMap::default(),
             merged: MergedIds::default(),
             gaps: GapRecord::default(),
@@ -180,6 +185,11 @@ impl PlaneMap {
     /// The present id of a plane, after merges; `None` when it is not in the map.
     pub fn current_id(&self, id: PlaneId) -> Option<PlaneId> {
         self.plane(id).map(MapPlane::id)
+    }
+
+    /// A number that grows whenever [`Self::current_id`] of a plane may have changed. It is not saved.
+    pub fn ids_revision(&self) -> u64 {
+        self.merged_ids.revision()
     }
 
     /// Number of confirmed planes. O(planes).

@@ -33,7 +33,8 @@ impl PlaneMap {
                 blocks.extend(plane.patch.blocks_in(&region).into_iter().map(|block| (plane.birth, block)));
             }
         }
-        for plane in self.planes.values().filter(|plane| plane.is_gone) {
+        let gone = std::mem::take(&mut self.gone);
+        for plane in gone.iter().filter_map(|birth| self.planes.get(birth)).filter(|plane| plane.is_gone) {
             blocks.extend(plane.patch.blocks().map(|block| (plane.birth, block)));
         }
         blocks.sort_unstable();
@@ -44,6 +45,9 @@ impl PlaneMap {
                 plane.judge_block(block, &is_free);
             }
             plane.is_gone = plane.is_free(gone_share);
+            if plane.is_gone {
+                self.gone.insert(plane.birth);
+            }
         }
         self.confirm(blocks.into_iter().map(|(birth, _)| birth));
     }
