@@ -83,6 +83,8 @@ impl<'a> Replay<'a> {
                 return Err(Error::Cancelled);
             }
             self.map_batch(&batch, context)?;
+            let following = progress.total - progress.done;
+            self.snapshots.take_in_replay_when_due(batch.len(), following, &self.map, &self.events);
         }
         Ok(())
     }
@@ -137,7 +139,6 @@ impl<'a> Replay<'a> {
         if let Some(last) = observations.last() {
             self.map.remove_ghosts_when_due(last.frame.timestamp());
         }
-        self.snapshots.take_when_due(batch.len(), &self.map, &self.events);
         Ok(())
     }
 
