@@ -55,9 +55,14 @@ impl MultiLevelMap {
         let region = bounds(boxes.iter().flatten().copied());
 
         let half = 0.5 * octree.resolution();
-        planes.judge(boxes.iter().copied(), FREE_SHARE, |place| verdicts.is_free(place));
-        octree.free_cells(boxes, |center| is_ghost_cell(&verdicts, center, half));
-        objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
+        // The planes take about as long as octree and objects together.
+        let judge_planes =
+            || planes.judge(boxes.iter().copied(), FREE_SHARE, |place| verdicts.is_free(place));
+        let free_others = || {
+            octree.free_cells(boxes.iter().copied(), |center| is_ghost_cell(&verdicts, center, half));
+            objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
+        };
+        crate::parallel::join(judge_planes, free_others).1
     }
 }
 

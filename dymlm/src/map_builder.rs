@@ -376,6 +376,6 @@ fn note_key_frame(
         log.add_key_frame(id, kept, update);
     }
     if let Some(log) = &map.past.log {
-        snapshots.take_when_due(1, map, &log.events);
+        snapshots.take_when_due(map, &log.events);
     }
 }

@@ -1,3 +1,4 @@
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use dymlm_core::{FrameId, Pages, Pose};
@@ -11,9 +12,9 @@ use crate::snapshots::Snapshots;
 use crate::stages::StageClock;
 use crate::{CorrectionProgress, Error, MultiLevelMap};
 
-/// Most key frames that are unpacked at a time: with more, threads wait less for each other and take more
-/// memory.
-const MOST_AT_A_TIME: usize = 16;
+/// Most key frames that are mapped at a time, and most that are unpacked meanwhile: with more, threads wait
+/// less for each other and take more memory.
+const MOST_AT_A_TIME: usize = 8;
 
 /// Builds maps again from what key frames have shown, at other poses or in another order, starting from a
 /// state that is still right.
@@ -25,6 +26,8 @@ pub(crate) struct Replay<'a> {
     map: MultiLevelMap,
     /// What has happened, with what the key frames have seen in the new maps.
     events: Pages<Event>,
+    /// The observations of the key frames that come next, unpacked while those before were mapped.
+    unpacked: VecDeque<Arc<Observation>>,
     snapshots: &'a mut Snapshots,
     scan_mapper: ScanMapper,
     pager: MapPager,
@@ -41,7 +44,8 @@ impl<'a> Replay<'a> {
     ) -> Result<Self, Error> {
         map.cloud.part_from_clones();
         let pager = MapPager::new(&map.config.memory)?;
-        Ok(Self { log, poses, map, events, snapshots, scan_mapper: ScanMapper::default(), pager })
+        let (unpacked, scan_mapper) = (VecDeque::new(), ScanMapper::default());
+        Ok(Self { log, poses, map, events, unpacked, snapshots, scan_mapper, pager })
     }
 
     /// The maps so far, without their past.
@@ -82,17 +86,24 @@ impl<'a> Replay<'a> {
             if !watch(progress) {
                 return Err(Error::Cancelled);
             }
-            self.map_batch(&batch, context)?;
+            self.map_batch(&batch, end, context)?;
+            let following = progress.total - progress.done;
+            self.snapshots.take_in_replay_when_due(batch.len(), following, &self.map, &self.events);
         }
         Ok(())
     }
 
-    /// The key frames that come next, up to one after which ghosts are removed: until then no map reads a map
-    /// that another thread builds.
+    /// The key frames that come next, before any other event and before event `end`.
+    fn next_key_frames(&self, end: usize) -> impl Iterator<Item = &'a KeyFrameEntry> + use<'a> {
+        let most = end.saturating_sub(self.events.len());
+        self.log.events.iter_from(self.events.len()).map_while(Event::key_frame).take(most)
+    }
+
+    /// The key frames that are mapped next, up to one after which ghosts are removed: until then no map reads
+    /// a map that another thread builds.
     fn next_batch(&self, end: usize) -> Vec<&'a KeyFrameEntry> {
         let mut batch = Vec::new();
-        let most = end.saturating_sub(self.events.len()).min(MOST_AT_A_TIME);
-        for entry in self.log.events.iter_from(self.events.len()).map_while(Event::key_frame).take(most) {
+        for entry in self.next_key_frames(end).take(MOST_AT_A_TIME) {
             batch.push(entry);
             let frame = self.log.frame(entry.frame);
             if frame.is_some_and(|frame| self.map.ghost_removal.is_due(frame.map_time())) {
@@ -102,21 +113,17 @@ impl<'a> Replay<'a> {
         batch
     }
 
-    /// The observation of a key frame, at its time on the maps' clock: that may have changed since it was
-    /// recorded, if other sessions were put before its own.
-    fn observation(&self, entry: &KeyFrameEntry) -> Result<Arc<Observation>, Error> {
-        let mut observation = self.log.history.get(entry.observation)?;
-        let frame = self.log.frame(entry.frame).ok_or(Error::UnknownFrame { frame: entry.frame })?;
-        if observation.frame.timestamp() != frame.map_time() {
-            Arc::make_mut(&mut observation).frame.set_timestamp(frame.map_time())?;
-        }
-        Ok(observation)
-    }
-
-    /// Maps key frames again, the cloud in parallel with the other maps.
-    fn map_batch(&mut self, batch: &[&KeyFrameEntry], context: &MappingContext<'_>) -> Result<(), Error> {
-        let observations = crate::parallel::map(batch.to_vec(), |entry| self.observation(entry));
-        let observations = observations.into_iter().collect::<Result<Vec<_>, _>>()?;
+    /// Maps key frames again, the cloud in parallel with the other maps, and unpacks those that follow: last,
+    /// so that it keeps the thread busy that is done with its maps first.
+    fn map_batch(
+        &mut self,
+        batch: &[&KeyFrameEntry],
+        end: usize,
+        context: &MappingContext<'_>,
+    ) -> Result<(), Error> {
+        let observations = self.take_observations(batch)?;
+        let (log, known) = (self.log, batch.len() + self.unpacked.len());
+        let following = self.next_key_frames(end).take(batch.len() + MOST_AT_A_TIME).skip(known).collect();
         let views = || observations.iter().map(|observation| KeyFrameView::of(observation));
         let poses = || batch.iter().map(|entry| &self.poses[entry.frame.get() as usize]);
         let (cloud, mut others) = self.map.split();
@@ -128,8 +135,11 @@ impl<'a> Replay<'a> {
                 .map(|(view, pose)| view.map_others(&mut others, pose, context, &mut clock));
             updates.collect()
         };
-        let (clouds, updates): (Result<Vec<_>, _>, Result<Vec<_>, _>) =
-            crate::parallel::join(map_clouds, map_others);
+        let (clouds, (updates, unpacked)): (Result<Vec<_>, _>, (Result<Vec<_>, _>, _)) =
+            crate::parallel::join(map_clouds, || {
+                crate::parallel::join(map_others, || unpack(log, following))
+            });
+        self.unpacked.extend(unpacked?);
         for ((entry, cloud), update) in batch.iter().zip(clouds?).zip(updates?) {
             let seen = SeenThings::of(&update.with_cloud(cloud));
             self.events.push(Event::KeyFrame(KeyFrameEntry { seen, ..KeyFrameEntry::clone(entry) }));
@@ -137,8 +147,15 @@ impl<'a> Replay<'a> {
         if let Some(last) = observations.last() {
             self.map.remove_ghosts_when_due(last.frame.timestamp());
         }
-        self.snapshots.take_when_due(batch.len(), &self.map, &self.events);
         Ok(())
+    }
+
+    /// The observations of the key frames that are mapped next: unpacked already, but for the first of all and
+    /// the first after another event.
+    fn take_observations(&mut self, batch: &[&KeyFrameEntry]) -> Result<Vec<Arc<Observation>>, Error> {
+        let missing = batch.iter().skip(self.unpacked.len()).copied().collect();
+        self.unpacked.extend(unpack(self.log, missing)?);
+        Ok(self.unpacked.drain(..batch.len()).collect())
     }
 
     /// Replays an event that is no key frame.
@@ -196,4 +213,9 @@ impl<'a> Replay<'a> {
     fn pose(&self, frame: FrameId) -> Option<Pose> {
         self.poses.get(frame.get() as usize).copied()
     }
+}
+
+/// Unpacks the observations of key frames.
+fn unpack(log: &SessionLog, entries: Vec<&KeyFrameEntry>) -> Result<Vec<Arc<Observation>>, Error> {
+    crate::parallel::map(entries, |entry| log.observation(entry)).into_iter().collect()
 }

@@ -286,6 +286,17 @@ impl SessionLog {
         self.events.iter().filter_map(Event::key_frame)
     }
 
+    /// The observation of a key frame, at its time on the maps' clock: that may have changed since it was
+    /// recorded, if other sessions were put before its own. Costs its unpacking.
+    pub(crate) fn observation(&self, entry: &KeyFrameEntry) -> Result<Arc<Observation>, Error> {
+        let mut observation = self.history.get(entry.observation)?;
+        let frame = self.frame(entry.frame).ok_or(Error::UnknownFrame { frame: entry.frame })?;
+        if observation.frame.timestamp() != frame.map_time() {
+            Arc::make_mut(&mut observation).frame.set_timestamp(frame.map_time())?;
+        }
+        Ok(observation)
+    }
+
     /// Time and pose of a frame, as it is mapped now.
     pub(crate) fn frame(&self, id: FrameId) -> Option<&InsertedFrame> {
         self.frames.get(id.get() as usize)

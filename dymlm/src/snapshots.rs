@@ -9,6 +9,8 @@ const INTERVAL: usize = 5;
 /// optimization moves the last ten key frames or so; older snapshots would share less and less with the maps,
 /// and take their memory once more.
 const LIVES: [u64; 2] = [6, 3];
+/// Number of key frames for which a snapshot is kept at most.
+const LONGEST_LIFE: usize = INTERVAL * LIVES[0] as usize;
 /// Number of key frames without a late correction after which no more snapshots are taken.
 const PATIENCE: usize = 300;
 
@@ -49,17 +51,30 @@ impl Snapshots {
 
     /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames have been mapped
     /// since the last one, and drops old ones.
-    pub(crate) fn take_when_due(
-        &mut self,
-        new_key_frames: usize,
-        map: &MultiLevelMap,
-        events: &Pages<Event>,
-    ) {
-        self.patience = self.patience.saturating_sub(new_key_frames);
+    pub(crate) fn take_when_due(&mut self, map: &MultiLevelMap, events: &Pages<Event>) {
+        self.patience = self.patience.saturating_sub(1);
         if self.patience == 0 {
             self.taken.clear();
             return;
         }
+        self.take(1, map, events);
+    }
+
+    /// The same in a replay, in which `following` key frames are yet to be mapped again: snapshots that would
+    /// be dropped before its end are not taken. Its key frames are no new ones, and try nobody's patience.
+    pub(crate) fn take_in_replay_when_due(
+        &mut self,
+        replayed: usize,
+        following: usize,
+        map: &MultiLevelMap,
+        events: &Pages<Event>,
+    ) {
+        if self.patience > 0 && following < LONGEST_LIFE {
+            self.take(replayed, map, events);
+        }
+    }
+
+    fn take(&mut self, new_key_frames: usize, map: &MultiLevelMap, events: &Pages<Event>) {
         self.key_frames += new_key_frames;
         if self.key_frames < INTERVAL {
             return;
@@ -72,7 +87,7 @@ impl Snapshots {
 
     /// Notes a correction that maps the last `key_frames` key frames again.
     pub(crate) fn note_correction(&mut self, key_frames: usize) {
-        if key_frames <= INTERVAL * LIVES[0] as usize {
+        if key_frames <= LONGEST_LIFE {
             self.patience = PATIENCE;
         }
     }
@@ -118,7 +133,7 @@ mod tests {
         for key_frames in 1..=500 {
             snapshots.note_correction(10);
             events.push(Event::Settled);
-            snapshots.take_when_due(1, &map, &events);
+            snapshots.take_when_due(&map, &events);
             assert!(snapshots.taken.len() <= 5, "{}", snapshots.taken.len());
             for changed in 1..=20.min(key_frames) {
                 let first = key_frames - changed;
@@ -130,12 +145,27 @@ mod tests {
     }
 
     #[test]
+    fn a_replay_of_any_length_leaves_those_that_the_next_correction_needs() {
+        let map = MultiLevelMap::new(&Arc::default()).unwrap();
+        let (mut snapshots, mut events) = (Snapshots::default(), Pages::default());
+        snapshots.note_correction(10);
+        let all = 3 * PATIENCE;
+        for key_frame in 1..=all {
+            events.push(Event::Settled);
+            snapshots.take_in_replay_when_due(1, all - key_frame, &map, &events);
+            assert!(snapshots.taken.is_empty() || all - key_frame < LONGEST_LIFE);
+        }
+        snapshots.forget_behind(all - 10);
+        assert!(snapshots.newest().is_some_and(|snapshot| snapshot.events.len() >= all - 20));
+    }
+
+    #[test]
     fn none_are_taken_for_who_does_not_use_them() {
         let map = MultiLevelMap::new(&Arc::default()).unwrap();
         let mut snapshots = Snapshots::default();
         let insert = |snapshots: &mut Snapshots, key_frames: usize| {
             for _ in 0..key_frames {
-                snapshots.take_when_due(1, &map, &Pages::default());
+                snapshots.take_when_due(&map, &Pages::default());
             }
             snapshots.taken.len()
         };
