@@ -70,8 +70,11 @@ pub(crate) struct BlockKey(u64);
 impl BlockKey {
     const BITS: u32 = 21;
     const BIAS: i32 = 1 << (Self::BITS - 1);
-    /// Lattice coordinates c of cells with -LIMIT <= c < LIMIT have a key.
-    pub(crate) const LIMIT: i32 = Self::BIAS * BLOCK_SIDE as i32;
+    /// Lattice coordinates c of cells with -LIMIT <= c < LIMIT have a key, which is less than [`Self::LAST`].
+    pub(crate) const LIMIT: i32 = (Self::BIAS - 1) * BLOCK_SIDE as i32;
+    /// The last key.
+    #[cfg(feature = "state")]
+    pub(crate) const LAST: Self = Self((1 << (3 * Self::BITS)) - 1);
 
     /// The block at block coordinates (cell coordinates / 8, rounded down).
     #[inline]
@@ -111,7 +114,7 @@ impl BlockKey {
 
     /// A number of 63 bits that identifies the block.
     #[cfg(feature = "state")]
-    pub(crate) fn number(self) -> u64 {
+    pub(crate) const fn number(self) -> u64 {
         self.0
     }
 
@@ -119,13 +122,6 @@ impl BlockKey {
     #[cfg(feature = "state")]
     pub(crate) fn of_number(number: u64) -> Self {
         Self(number)
-    }
-
-    /// The block at a place in the cube of 4^3 blocks that begins with this one.
-    #[cfg(feature = "state")]
-    pub(crate) fn of_cube(self, place: usize) -> Self {
-        let [x, y, z] = [place & 3, place >> 2 & 3, place >> 4].map(|c| c as u64);
-        Self(self.0 | z << (2 * Self::BITS) | y << Self::BITS | x)
     }
 
     /// The cell with this index in the block.
@@ -432,8 +428,6 @@ mod tests {
     fn blocks_share_the_cube_that_they_lie_in() {
         let (cube, place) = BlockKey::new([5, -1, 2]).in_cube();
         assert_eq!((cube.block(), place), ([4, -4, 0], 2 << 4 | 3 << 2 | 1));
-        #[cfg(feature = "state")]
-        assert_eq!(cube.of_cube(place).block(), [5, -1, 2]);
     }
 
     #[test]

@@ -95,7 +95,7 @@ impl CellCounts {
     }
 
     /// The counts of all cells.
-    fn all(&self) -> [Counts; BLOCK_CELLS] {
+    pub(crate) fn all(&self) -> [Counts; BLOCK_CELLS] {
         match self {
             Self::None => [[0; FINDINGS]; BLOCK_CELLS],
             Self::Narrow(cells) => std::array::from_fn(|index| cells.get(index)),

@@ -23,12 +23,19 @@ impl BitWriter {
     /// Adds the lowest `bits` bits of a number, at most 32; its other bits must be 0.
     #[inline]
     pub fn put(&mut self, number: u32, bits: u32) {
-        self.rest |= u64::from(number) << self.count;
+        self.put_long(number.into(), bits);
+    }
+
+    /// As [`put`](Self::put), for at most 64 bits.
+    #[inline]
+    pub fn put_long(&mut self, number: u64, bits: u32) {
+        self.rest |= number << self.count;
         self.count += bits;
-        if self.count >= 32 {
-            self.bytes.extend((self.rest as u32).to_le_bytes());
-            self.rest >>= 32;
-            self.count -= 32;
+        if self.count >= u64::BITS {
+            self.bytes.extend_from_slice(&self.rest.to_le_bytes());
+            self.count -= u64::BITS;
+            // The bits that did not fit into the word.
+            self.rest = number.checked_shr(bits - self.count).unwrap_or(0);
         }
     }
 
@@ -69,6 +76,14 @@ impl<'a> BitReader<'a> {
         self.rest >>= bits;
         self.count -= bits;
         Some(number as u32)
+    }
+
+    /// As [`next`](Self::next), for at most 64 bits.
+    #[inline]
+    pub fn next_long(&mut self, bits: u32) -> Option<u64> {
+        let low = u64::from(self.next(bits.min(32))?);
+        let high = if bits > 32 { u64::from(self.next(bits - 32)?) } else { 0 };
+        Some(high << 32 | low)
     }
 
     /// Takes a word, or the last bytes one by one, so that there are at least `bits` bits.
@@ -114,5 +129,17 @@ mod tests {
         assert!(numbers.iter().all(|&(number, bits)| reader.next(bits) == Some(number)));
         assert!(rest.is_empty() && reader.is_done());
         assert_eq!(reader.next(32), None);
+    }
+
+    #[test]
+    fn long_numbers_come_back_after_any_number_of_bits() {
+        let numbers =
+            |before: u32| [(1, before.min(1)), (u64::MAX, 64), (u64::MAX >> 7, 57), (0, 0), (5, before)];
+        let (mut writer, mut bytes) = (BitWriter::default(), Vec::new());
+        (3..64).flat_map(numbers).for_each(|(number, bits)| writer.put_long(number, bits));
+        writer.finish(&mut bytes);
+        let mut reader = BitReader::take(&mut bytes.as_slice()).unwrap();
+        assert!((3..64).flat_map(numbers).all(|(number, bits)| reader.next_long(bits) == Some(number)));
+        assert!(reader.is_done());
     }
 }

@@ -1,85 +1,52 @@
-use serde::{Deserialize, Serialize};
+use dymlm_core::{BitReader, BitWriter};
 
-use super::blocks_of;
-use super::counts::SavedCounts;
-use crate::block_store::{BlockKey, CUBE_BLOCKS};
-use crate::cell_counts::CellCounts;
+use super::counts::{MOST_FRAMES, next_counts, put_counts};
+use crate::block_store::BlockKey;
 use crate::epochs::{Epochs, Period};
 use crate::evidence::Evidence;
 
-/// More periods than a block's evidence keeps.
-const MOST_PERIODS: usize = 256;
-/// The same limit as for a cell: see [`SavedCounts`].
-const MOST_FRAMES: u32 = 1 << 26;
+/// Bits of the number of a block's periods, of which there are a few dozen at most.
+const LENGTH_BITS: u32 = 16;
 
-/// The evidence of a cube of blocks.
-#[derive(Serialize, Deserialize)]
-pub(super) struct SavedEvidence {
-    /// A bit for each block of the cube that is there.
-    blocks: u64,
-    /// The last change of each of these blocks.
-    revisions: Vec<u32>,
-    periods: Vec<Vec<SavedPeriod>>,
+/// The evidence of a block: its last change, then its periods. `None` where there is no block.
+pub(super) fn evidence_of(key: BlockKey, evidence: &Evidence) -> Option<Vec<u8>> {
+    let slot = evidence.blocks().slot(key)?;
+    let block = evidence.blocks().blocks()[slot].look();
+    let periods = block.epochs().periods();
+    let mut bits = BitWriter::default();
+    bits.put(evidence.blocks().stamps().of(slot), u32::BITS);
+    bits.put(periods.len() as u32, LENGTH_BITS);
+    periods.iter().for_each(|period| put_period(period, &mut bits));
+    let mut bytes = Vec::new();
+    bits.finish(&mut bytes);
+    Some(bytes)
 }
 
-#[derive(Serialize, Deserialize)]
-struct SavedPeriod {
-    first: i32,
-    level: u32,
-    looked_through: u32,
-    cells: Option<SavedCounts>,
+/// Puts a block where there is none; `None` for a block that no map can hold.
+pub(super) fn put_evidence(mut bytes: &[u8], key: BlockKey, evidence: &mut Evidence) -> Option<()> {
+    let mut bits = BitReader::take(&mut bytes)?;
+    let revision = bits.next(u32::BITS)?;
+    let count = bits.next(LENGTH_BITS)?;
+    let periods = (0..count).map(|_| next_period(&mut bits)).collect::<Option<Vec<_>>>()?;
+    if !bytes.is_empty() || !bits.is_done() {
+        return None;
+    }
+    evidence.put_block(key, Epochs::restored(periods)?, revision);
+    Some(())
 }
 
-impl SavedEvidence {
-    /// `None` for a cube without blocks.
-    pub(super) fn of(cube: BlockKey, evidence: &Evidence) -> Option<Self> {
-        let mut saved = Self { blocks: 0, revisions: Vec::new(), periods: Vec::new() };
-        for (place, slot) in blocks_of(cube, evidence.blocks()) {
-            saved.blocks |= 1 << place;
-            saved.revisions.push(evidence.blocks().stamps().of(slot));
-            let block = evidence.blocks().blocks()[slot].look();
-            saved.periods.push(block.epochs().periods().iter().map(SavedPeriod::of).collect());
-        }
-        (saved.blocks != 0).then_some(saved)
-    }
-
-    /// Puts the blocks where there are none; `None` for blocks that no map can hold.
-    pub(super) fn put_into(self, cube: BlockKey, evidence: &mut Evidence) -> Option<()> {
-        let count = self.blocks.count_ones() as usize;
-        if count == 0 || self.revisions.len() != count || self.periods.len() != count {
-            return None;
-        }
-        let places = (0..CUBE_BLOCKS).filter(|place| self.blocks >> place & 1 == 1);
-        for ((place, revision), periods) in places.zip(self.revisions).zip(self.periods) {
-            if periods.len() > MOST_PERIODS {
-                return None;
-            }
-            let periods = periods.into_iter().map(SavedPeriod::restored).collect::<Option<Vec<_>>>()?;
-            evidence.put_block(cube.of_cube(place), Epochs::restored(periods)?, revision);
-        }
-        Some(())
-    }
+fn put_period(period: &Period, bits: &mut BitWriter) {
+    bits.put(period.first.cast_unsigned(), i32::BITS);
+    bits.put(period.level, u8::BITS);
+    bits.put(period.looked_through, u32::BITS);
+    put_counts(&period.cells, bits);
 }
 
-impl SavedPeriod {
-    fn of(period: &Period) -> Self {
-        Self {
-            first: period.first,
-            level: period.level,
-            looked_through: period.looked_through,
-            cells: SavedCounts::of(&period.cells),
-        }
-    }
-
-    fn restored(self) -> Option<Period> {
-        let Self { first, level, looked_through, cells } = self;
-        if looked_through >= MOST_FRAMES {
-            return None;
-        }
-        let cells = match cells {
-            Some(cells) => cells.restored()?,
-            None => CellCounts::default(),
-        };
-        Some(Period { first, level, looked_through, cells })
-    }
+fn next_period(bits: &mut BitReader<'_>) -> Option<Period> {
+    Some(Period {
+        first: bits.next(i32::BITS)?.cast_signed(),
+        level: bits.next(u8::BITS)?,
+        looked_through: bits.next(u32::BITS).filter(|&frames| frames < MOST_FRAMES)?,
+        cells: next_counts(bits)?,
+    })
 }

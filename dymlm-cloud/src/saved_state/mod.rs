@@ -1,11 +1,15 @@
-//! The state of a map in parts, by cubes of 4 x 4 x 4 blocks: two parts for the voxels in a cube, one for the
-//! evidence.
+//! The state of a map in parts: one for each block of voxels, and one for each block of the evidence.
+//!
+//! A frame changes a fraction of the blocks that it sees, and each save writes those. They are coded in bits:
+//! deflating numbers takes several times as long, and saves less.
 //!
 //! What is only cached is not saved: verdicts and the static cloud are made again when they are asked for.
 
+mod cells;
 mod counts;
 mod evidence;
-mod sums;
+mod number_code;
+mod voxel_code;
 mod voxels;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,19 +17,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use dymlm_core::{DamagedState, SensorModel, StateSink, decode_part, encode_part};
 use serde::{Deserialize, Serialize};
 
-use crate::block_store::{BlockKey, BlockStore, CUBE_BLOCKS};
+use crate::block_store::{BlockKey, BlockStore};
 use crate::paging::Block;
 use crate::{CloudMap, CloudMapConfig, Error};
-use evidence::SavedEvidence;
-use voxels::SavedVoxels;
+use evidence::{evidence_of, put_evidence};
+use voxels::{put_voxels, voxels_of};
 
-/// What a part holds, in two bits of its key.
+/// What a part holds, in the lowest bit of its key; the others are the block's.
 const VOXELS: u64 = 0;
-/// The rests of the voxels' sums, which no compression makes smaller.
-const RESTS: u64 = 1;
-const EVIDENCE: u64 = 2;
-/// What belongs to no place.
-const HEAD: u64 = 3;
+const EVIDENCE: u64 = 1;
+/// The key of what belongs to no place: that of a block which no reading reaches.
+const HEAD: u64 = BlockKey::LAST.number() << 1 | 1;
+
+/// Number of parts that are encoded before they are written: enough for all threads, and few enough that they
+/// take little memory, about 2 kB each.
+const BATCH: usize = 2048;
 
 /// More frames than come in two years.
 const MOST_FRAMES: u32 = 1 << 31;
@@ -35,8 +41,8 @@ struct Head {
     frames: u32,
     epoch: i32,
     revision: u32,
-    /// Number of cubes with voxels, and with evidence: none may be missing.
-    cubes: [usize; 2],
+    /// Number of blocks of voxels, and of evidence: none may be missing.
+    blocks: [usize; 2],
 }
 
 impl CloudMap {
@@ -47,19 +53,13 @@ impl CloudMap {
     ///
     /// Those of `sink`.
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
-        let evidence = &self.evidence;
-        for cube in changed_cubes(&self.voxels, earlier.map(|earlier| &earlier.voxels), &[]) {
-            let (saved, rests) = SavedVoxels::of(cube, &self.voxels).unzip();
-            let saved = saved.map(|saved| encode_part(&saved)).transpose()?;
-            sink(part_of(cube, VOXELS), saved.as_deref())?;
-            sink(part_of(cube, RESTS), rests.as_deref())?;
-        }
-        let noted = earlier.map_or_else(Vec::new, |earlier| evidence.noted_since(&earlier.evidence));
-        let before = earlier.map(|earlier| earlier.evidence.blocks());
-        for cube in changed_cubes(evidence.blocks(), before, &noted) {
-            let saved = SavedEvidence::of(cube, evidence);
-            sink(part_of(cube, EVIDENCE), saved.map(|saved| encode_part(&saved)).transpose()?.as_deref())?;
-        }
+        let (voxels, evidence) = (&self.voxels, &self.evidence);
+        let changed = changed_blocks(voxels, earlier.map(|earlier| &earlier.voxels));
+        save_blocks(changed, VOXELS, |block| voxels_of(block, voxels), sink)?;
+        let mut changed = changed_blocks(evidence.blocks(), earlier.map(|earlier| earlier.evidence.blocks()));
+        // A block that was looked at without any change in it has another revision.
+        changed.extend(earlier.into_iter().flat_map(|earlier| evidence.noted_since(&earlier.evidence)));
+        save_blocks(changed, EVIDENCE, |block| evidence_of(block, evidence), sink)?;
         let head = encode_part(&self.head())?;
         let is_known = match earlier {
             Some(earlier) => encode_part(&earlier.head())? == head,
@@ -73,7 +73,7 @@ impl CloudMap {
             frames: self.frames(),
             epoch: self.evidence.epoch(),
             revision: self.evidence.revision(),
-            cubes: [cubes_of(&self.voxels).len(), cubes_of(self.evidence.blocks()).len()],
+            blocks: [self.voxels.keys().len(), self.evidence.blocks().keys().len()],
         }
     }
 
@@ -95,18 +95,13 @@ impl CloudMap {
             }
         }
         let head = by_key.remove(&HEAD).ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
-        let Head { frames, epoch, revision, cubes } = decode_part(HEAD, &head)?;
+        let Head { frames, epoch, revision, blocks } = decode_part(HEAD, &head)?;
         while let Some((part, bytes)) = by_key.pop_first() {
             let damaged = |what: &str| DamagedState::new(part, what);
-            let cube = cube_of(part).ok_or_else(|| damaged("no such place"))?;
-            let is_right = match part & 3 {
-                VOXELS => {
-                    let rests = by_key.remove(&part_of(cube, RESTS));
-                    let rests = rests.ok_or_else(|| damaged("the rests of its sums are missing"))?;
-                    decode_part::<SavedVoxels>(part, &bytes)?.put_into(cube, &rests, &mut map)
-                }
-                EVIDENCE => decode_part::<SavedEvidence>(part, &bytes)?.put_into(cube, &mut map.evidence),
-                _ => None,
+            let key = BlockKey::of_number(part >> 1);
+            let is_right = match part & 1 {
+                EVIDENCE => put_evidence(&bytes, key, &mut map.evidence),
+                _ => put_voxels(&bytes, key, &mut map),
             };
             is_right.ok_or_else(|| damaged("numbers that no map holds"))?;
         }
@@ -114,41 +109,36 @@ impl CloudMap {
             return Err(DamagedState::new(HEAD, "more frames than a map can have taken in").into());
         }
         map.restore(frames, epoch, revision);
-        let found = map.head().cubes;
-        if found != cubes {
-            let what = format!("{cubes:?} cubes of voxels and of evidence, but {found:?} are there");
+        let found = map.head().blocks;
+        if found != blocks {
+            let what = format!("{blocks:?} blocks of voxels and of evidence, but {found:?} are there");
             return Err(DamagedState::new(HEAD, what).into());
         }
         Ok(map)
     }
 }
 
-/// The key of a part. The lowest two bits of a cube's coordinates are zero, which leaves room for the kind.
-fn part_of(cube: BlockKey, kind: u64) -> u64 {
-    cube.number() << 1 | kind
+/// Encodes some blocks, on rayon's threads (feature `parallel`), and gives them to `sink` by key.
+fn save_blocks(
+    blocks: BTreeSet<BlockKey>,
+    kind: u64,
+    encode: impl Fn(BlockKey) -> Option<Vec<u8>> + Send + Sync,
+    sink: &mut StateSink<'_>,
+) -> std::io::Result<()> {
+    let blocks: Vec<BlockKey> = blocks.into_iter().collect();
+    for batch in blocks.chunks(BATCH) {
+        for (block, part) in crate::parallel::map(batch.to_vec(), |block| (block, encode(block))) {
+            sink(block.number() << 1 | kind, part.as_deref())?;
+        }
+    }
+    Ok(())
 }
 
-fn cube_of(part: u64) -> Option<BlockKey> {
-    let key = BlockKey::of_number(part >> 1 & !1);
-    (key.in_cube().0 == key).then_some(key)
-}
-
-/// The blocks of a cube that are there, each with its place in the cube and its slot.
-fn blocks_of<B: Block>(cube: BlockKey, store: &BlockStore<B>) -> impl Iterator<Item = (usize, usize)> {
-    (0..CUBE_BLOCKS).filter_map(move |place| Some((place, store.slot(cube.of_cube(place))?)))
-}
-
-fn cubes_of<B: Block>(store: &BlockStore<B>) -> BTreeSet<BlockKey> {
-    store.keys().iter().map(|key| key.in_cube().0).collect()
-}
-
-/// The cubes in which a store differs from an earlier one, and the cubes of some more of its blocks.
-fn changed_cubes<B: Block>(
-    store: &BlockStore<B>,
-    earlier: Option<&BlockStore<B>>,
-    more: &[BlockKey],
-) -> BTreeSet<BlockKey> {
-    let Some(earlier) = earlier else { return cubes_of(store) };
-    let changed = store.changed_since(earlier).chain(earlier.gone_from(store));
-    changed.chain(more.iter().copied()).map(|key| key.in_cube().0).collect()
+/// The blocks in which a store differs from an earlier one, also those that are gone; all without an earlier
+/// one.
+fn changed_blocks<B: Block>(store: &BlockStore<B>, earlier: Option<&BlockStore<B>>) -> BTreeSet<BlockKey> {
+    match earlier {
+        Some(earlier) => store.changed_since(earlier).chain(earlier.gone_from(store)).collect(),
+        None => store.keys().iter().copied().collect(),
+    }
 }

@@ -155,6 +155,11 @@ impl PlaneMap {
         self.planes.values().filter(|plane| plane.is_confirmed)
     }
 
+    /// Whether this map holds the very same plane: a plane of a clone that neither has changed since.
+    pub fn holds(&self, plane: &MapPlane) -> bool {
+        self.planes.get(&plane.birth).is_some_and(|own| std::ptr::eq(own, plane))
+    }
+
     /// The planes that are not confirmed, or no longer, in the same order.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)

@@ -175,13 +175,28 @@ impl MapPlane {
 
     /// Its outlines with their holes, largest first. O(its voxels).
     pub fn boundary(&self) -> Vec<BoundaryPolygon> {
-        let ShapeSettings { voxel_size, max_hole_area, boundary_tolerance } = self.shape;
-        trace_boundary(self.picture(), self.frame(), voxel_size, max_hole_area, boundary_tolerance)
+        self.boundary_of(self.picture())
     }
 
     /// Area of the cells that hold inliers, square metres. O(its voxels).
     pub fn area(&self) -> f64 {
-        self.picture().len() as f64 * self.shape.voxel_size * self.shape.voxel_size
+        self.area_of(&self.picture())
+    }
+
+    /// Its [boundary](Self::boundary) and [area](Self::area), at the cost of little more than one of them.
+    pub fn boundary_and_area(&self) -> (Vec<BoundaryPolygon>, f64) {
+        let picture = self.picture();
+        let area = self.area_of(&picture);
+        (self.boundary_of(picture), area)
+    }
+
+    fn boundary_of(&self, picture: CellPicture) -> Vec<BoundaryPolygon> {
+        let ShapeSettings { voxel_size, max_hole_area, boundary_tolerance } = self.shape;
+        trace_boundary(picture, self.frame(), voxel_size, max_hole_area, boundary_tolerance)
+    }
+
+    fn area_of(&self, picture: &CellPicture) -> f64 {
+        picture.len() as f64 * self.shape.voxel_size * self.shape.voxel_size
     }
 
     /// Approximate side of a square of its area, metres.

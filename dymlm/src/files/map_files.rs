@@ -2,7 +2,7 @@ use std::path::Path;
 
 use dymlm_cloud::Selection;
 use dymlm_history::HistoryConfig;
-use dymlm_io::{MapFolder, MapFolderWriter, encode_objects, encode_planes, encode_ply};
+use dymlm_io::{MapFolder, MapFolderWriter, PlaneRecord, encode_objects, encode_planes, encode_ply};
 
 use super::{MapSaver, MissingMap, object_records, plane_cloud, plane_records};
 use crate::{Error, MultiLevelMap};
@@ -15,10 +15,19 @@ impl MultiLevelMap {
     ///
     /// [`dymlm_io::Error`] when a file cannot be written.
     pub fn write_files(&self, folder: &mut MapFolderWriter) -> Result<(), dymlm_io::Error> {
+        self.write_files_with(folder, &plane_records(self.planes()))
+    }
+
+    /// [`write_files`](Self::write_files), with the records of the planes given.
+    pub(super) fn write_files_with(
+        &self,
+        folder: &mut MapFolderWriter,
+        planes: &[PlaneRecord],
+    ) -> Result<(), dymlm_io::Error> {
         folder.file("cloud.ply", |out| encode_ply(out, &self.cloud().point_cloud(Selection::Static)))?;
         folder.file("octree.bt", |out| self.octree().write_bt(out))?;
         folder.file("octree.ot", |out| self.octree().write_ot(out))?;
-        folder.file("planes.json", |out| encode_planes(out, &plane_records(self.planes())))?;
+        folder.file("planes.json", |out| encode_planes(out, planes))?;
         folder.file("objects.json", |out| encode_objects(out, &object_records(self.objects())))?;
         folder.file("planes.ply", |out| encode_ply(out, &plane_cloud(self.planes())))
     }

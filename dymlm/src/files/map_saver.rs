@@ -1,8 +1,10 @@
 use std::path::Path;
 
 use dymlm_history::HistoryConfig;
-use dymlm_io::{Error, MapFolderSaver, MapFolderWriter};
+use dymlm_io::{Error, MapFolderSaver, MapFolderWriter, PlaneRecord};
 
+use super::plane_records;
+use super::planes::renewed_records;
 use crate::MultiLevelMap;
 
 /// Saves maps into one folder again and again; of the state it writes only what has changed since the last
@@ -29,6 +31,8 @@ use crate::MultiLevelMap;
 pub struct MapSaver {
     folder: MapFolderSaver,
     saved: Option<MultiLevelMap>,
+    /// Of the planes that were saved last. Their outlines take long to trace, and most stay as they are.
+    planes: Vec<PlaneRecord>,
 }
 
 impl MapSaver {
@@ -39,7 +43,7 @@ impl MapSaver {
     /// [`Error::Locked`] when somebody else writes the folder; [`Error::InTheWay`] when something stands
     /// there that is neither a map nor empty; [`Error::Io`].
     pub fn create(folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Ok(Self { folder: MapFolderSaver::create(folder)?, saved: None })
+        Ok(Self { folder: MapFolderSaver::create(folder)?, saved: None, planes: Vec::new() })
     }
 
     /// Loads maps as [`MultiLevelMap::load`] does, and goes on saving them in that folder: the first save
@@ -69,7 +73,7 @@ impl MapSaver {
     ) -> Result<(Self, MultiLevelMap), crate::Error> {
         let (saver, folder) = MapFolderSaver::open(folder)?;
         let map = MultiLevelMap::read_whole(&folder, history)?;
-        Ok((Self { folder: saver, saved: Some(map.clone()) }, map))
+        Ok((Self { folder: saver, saved: Some(map.clone()), planes: Vec::new() }, map))
     }
 
     /// The map's folder.
@@ -98,7 +102,7 @@ impl MapSaver {
         map: &MultiLevelMap,
         write: impl FnOnce(&mut MapFolderWriter) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let Self { folder, saved } = self;
+        let Self { folder, saved, planes } = self;
         // Maps of another config share nothing with those that were saved last.
         if saved.as_ref().is_some_and(|saved| saved.config() != map.config()) {
             *saved = None;
@@ -106,12 +110,20 @@ impl MapSaver {
         if saved.is_none() {
             folder.forget();
         }
+        let before = std::mem::take(planes);
+        let records = match saved {
+            Some(saved) => renewed_records(map.planes(), saved.planes(), before),
+            None => plane_records(map.planes()),
+        };
         folder.save(map.config(), &map.counts(), |folder, state| {
-            map.write_state(saved.as_ref(), state)?;
-            map.write_files(folder)?;
+            let (state, files) = crate::parallel::join(
+                || map.write_state(saved.as_ref(), state),
+                || map.write_files_with(folder, &records),
+            );
+            state.and(files)?;
             write(folder)
         })?;
-        *saved = Some(map.clone());
+        (*saved, *planes) = (Some(map.clone()), records);
         Ok(())
     }
 }

@@ -66,7 +66,7 @@ impl MultiLevelMap {
         earlier: Option<&Self>,
         state: &mut StateWriter,
     ) -> Result<(), dymlm_io::Error> {
-        state.section(CLOUD, |sink| self.cloud.save_state(earlier.map(|map| &map.cloud), sink))?;
+        state.packed_section(CLOUD, |sink| self.cloud.save_state(earlier.map(|map| &map.cloud), sink))?;
         state.section(OCTREE, |sink| self.octree.save_state(earlier.map(|map| &map.octree), sink))?;
         state.section(PLANES, |sink| self.planes.save_state(earlier.map(|map| &map.planes), sink))?;
         state.section(OBJECTS, |sink| self.objects.save_state(earlier.map(|map| &map.objects), sink))?;

@@ -116,11 +116,11 @@ fn a_folder_of_another_version_or_without_a_state_is_refused() {
 
     builder.map().save(&folder).unwrap();
     let manifest = folder.join("manifest.json");
-    let newer = fs::read_to_string(&manifest).unwrap().replace("\"version\": 3", "\"version\": 4");
+    let newer = fs::read_to_string(&manifest).unwrap().replace("\"version\": 4", "\"version\": 5");
     fs::write(&manifest, newer).unwrap();
     assert!(matches!(
         MultiLevelMap::load(&folder),
-        Err(Error::Files(dymlm_io::Error::MapVersion { found: 4, .. }))
+        Err(Error::Files(dymlm_io::Error::MapVersion { found: 5, .. }))
     ));
     assert!(MultiLevelMap::load(parent.path().join("nothing")).is_err());
 }

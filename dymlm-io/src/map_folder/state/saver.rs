@@ -134,7 +134,7 @@ impl StateWriter {
     }
 
     /// Changes a section: each part that `write` gives replaces the part of the same key; `None` removes that
-    /// part.
+    /// part. Parts are deflated where that makes them smaller.
     ///
     /// # Errors
     ///
@@ -144,11 +144,34 @@ impl StateWriter {
         name: &str,
         write: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>,
     ) -> Result<(), Error> {
+        self.change(name, SegmentWriter::deflate, write)
+    }
+
+    /// As [`section`](Self::section), for parts that are compressed already: they are written as they are,
+    /// since to try and deflate them takes longer than all else.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`section`](Self::section).
+    pub fn packed_section(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        self.change(name, SegmentWriter::write, write)
+    }
+
+    fn change(
+        &mut self,
+        name: &str,
+        append: impl Fn(&mut SegmentWriter, &[u8]) -> io::Result<Part>,
+        write: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>,
+    ) -> Result<(), Error> {
         let Self { target, segment, index } = self;
         let parts = index.sections.entry(name.to_owned()).or_default();
         let mut sink = |key, bytes: Option<&[u8]>| {
             match bytes {
-                Some(bytes) => parts.insert(key, segment.write(bytes)?),
+                Some(bytes) => parts.insert(key, append(segment, bytes)?),
                 None => parts.remove(&key),
             };
             Ok(())

@@ -38,16 +38,26 @@ impl SegmentWriter {
         self.end
     }
 
-    /// Writes a part, deflated where that makes it smaller.
+    /// Writes a part as it is.
     pub(super) fn write(&mut self, bytes: &[u8]) -> io::Result<Part> {
+        self.write_packed(bytes, bytes.len())
+    }
+
+    /// Writes a part, deflated where that makes it smaller.
+    pub(super) fn deflate(&mut self, bytes: &[u8]) -> io::Result<Part> {
         let sample = bytes.get(..SAMPLE).unwrap_or_default();
         // Most of a state is compressed already, such as images, and is not worth deflating again.
         let is_packed = compress_to_vec(sample, LEVEL).len() + sample.len() / LEAST_SAVED > sample.len();
         let is_tried = sample.is_empty() || !is_packed;
         let deflated = if is_tried { compress_to_vec(bytes, LEVEL) } else { Vec::new() };
         let packed = if is_tried && deflated.len() < bytes.len() { &deflated } else { bytes };
+        self.write_packed(packed, bytes.len())
+    }
+
+    /// Writes a part of this many bytes as these, which are fewer when it is deflated.
+    fn write_packed(&mut self, packed: &[u8], bytes: usize) -> io::Result<Part> {
         let (offset, crc32) = (self.append(packed)?, crc32fast::hash(packed));
-        let (packed, bytes) = (packed.len() as u64, bytes.len() as u64);
+        let (packed, bytes) = (packed.len() as u64, bytes as u64);
         Ok(Part { segment: self.number, offset, packed, bytes, crc32 })
     }
 
@@ -74,22 +84,29 @@ impl SegmentWriter {
 #[derive(Debug)]
 pub(super) struct SegmentReader {
     file: File,
+    bytes: u64,
+    /// Where the next bytes are read: parts mostly follow each other.
+    at: u64,
 }
 
 impl SegmentReader {
     pub(super) fn open(path: &Path) -> io::Result<Self> {
-        Ok(Self { file: File::open(path)? })
+        let file = File::open(path)?;
+        Ok(Self { bytes: file.metadata()?.len(), file, at: 0 })
     }
 
     /// A part's bytes as stored in the file; `InvalidData` when the checksum differs.
     pub(super) fn packed(&mut self, part: &Part) -> io::Result<Vec<u8>> {
         // A damaged index may claim any length: memory is allocated only for bytes that the file has.
-        if part.offset.checked_add(part.packed).is_none_or(|end| self.len().is_ok_and(|len| len < end)) {
+        if part.offset.checked_add(part.packed).is_none_or(|end| self.bytes < end) {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
         let mut packed = vec![0; part.packed as usize];
-        self.file.seek(SeekFrom::Start(part.offset))?;
+        if self.at != part.offset {
+            self.at = self.file.seek(SeekFrom::Start(part.offset))?;
+        }
         self.file.read_exact(&mut packed)?;
+        self.at += part.packed;
         if crc32fast::hash(&packed) == part.crc32 { Ok(packed) } else { Err(invalid("another checksum")) }
     }
 
@@ -102,10 +119,6 @@ impl SegmentReader {
         let bytes = decompress_to_vec_with_limit(&packed, part.bytes as usize)
             .map_err(|error| invalid(&format!("it cannot be inflated: {error}")))?;
         if bytes.len() as u64 == part.bytes { Ok(bytes) } else { Err(invalid("another length")) }
-    }
-
-    fn len(&self) -> io::Result<u64> {
-        Ok(self.file.metadata()?.len())
     }
 }
 
