@@ -16,7 +16,9 @@ pub(super) fn evidence_of(key: BlockKey, evidence: &Evidence) -> Option<Vec<u8>>
     let mut bits = BitWriter::default();
     bits.put(evidence.blocks().stamps().of(slot), u32::BITS);
     bits.put(periods.len() as u32, LENGTH_BITS);
-    periods.iter().for_each(|period| put_period(period, &mut bits));
+    for period in periods {
+        put_period(period, &mut bits);
+    }
     let mut bytes = Vec::new();
     bits.finish(&mut bytes);
     Some(bytes)

@@ -23,9 +23,13 @@ pub(super) fn put_block(block: &VoxelBlock, bits: &mut BitWriter) {
     if is_usual {
         let mut code = VoxelCode::new(voxels.iter().all(|(_, voxel)| voxel.sums.uncolored == 0));
         bits.put(code.are_colored.into(), 1);
-        voxels.iter().for_each(|(_, voxel)| code.put(voxel, bits));
+        for (_, voxel) in &voxels {
+            code.put(voxel, bits);
+        }
     } else {
-        voxels.iter().for_each(|(_, voxel)| put_unusual(voxel, bits));
+        for (_, voxel) in &voxels {
+            put_unusual(voxel, bits);
+        }
     }
 }
 
