@@ -85,14 +85,14 @@ impl SegmentWriter {
 pub(super) struct SegmentReader {
     file: File,
     bytes: u64,
-    /// Where the next bytes are read: parts mostly follow each other.
-    at: u64,
+    /// Where the next bytes are read, if that is known: parts mostly follow each other.
+    at: Option<u64>,
 }
 
 impl SegmentReader {
     pub(super) fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
-        Ok(Self { bytes: file.metadata()?.len(), file, at: 0 })
+        Ok(Self { bytes: file.metadata()?.len(), file, at: Some(0) })
     }
 
     /// A part's bytes as stored in the file; `InvalidData` when the checksum differs.
@@ -102,11 +102,12 @@ impl SegmentReader {
             return Err(io::ErrorKind::UnexpectedEof.into());
         }
         let mut packed = vec![0; part.packed as usize];
-        if self.at != part.offset {
-            self.at = self.file.seek(SeekFrom::Start(part.offset))?;
+        // Nowhere, if reading fails, so that the next part is looked for.
+        if self.at.take() != Some(part.offset) {
+            self.file.seek(SeekFrom::Start(part.offset))?;
         }
         self.file.read_exact(&mut packed)?;
-        self.at += part.packed;
+        self.at = Some(part.offset + part.packed);
         if crc32fast::hash(&packed) == part.crc32 { Ok(packed) } else { Err(invalid("another checksum")) }
     }
 
