@@ -17,7 +17,7 @@ HEAD = """# Medians of the criterion benches
 Written by `.ci/nightly performance` on {day}, commit {commit}; do not edit. Times are of that machine and that day:
 compare them with each other, and with another commit's only where the machine is the same.
 
-| bench | median | 95 % of the median's own spread |
+| bench | median | its 95 % confidence interval |
 |---|---|---|
 """
 
@@ -32,8 +32,8 @@ def time(nanoseconds: float) -> str:
 def row(estimates: Path) -> tuple[str, str]:
     name = json.loads(estimates.with_name("benchmark.json").read_text())["full_id"]
     median = json.loads(estimates.read_text())["median"]
-    spread = median["confidence_interval"]
-    low, high = time(spread["lower_bound"]), time(spread["upper_bound"])
+    interval = median["confidence_interval"]
+    low, high = time(interval["lower_bound"]), time(interval["upper_bound"])
     return name, f"| {name} | {time(median['point_estimate'])} | {low} to {high} |\n"
 
 
