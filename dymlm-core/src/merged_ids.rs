@@ -100,7 +100,9 @@ impl<Id: Copy + Ord> MergedIds<Id> {
     /// These are the merges of a map that replaces another map: the merges there (`before`) still hold, and
     /// the ids of things that became part of another thing only now (`merged`) lead to that thing. Not taken
     /// over are ids of things that the new map has on their own, and merges that would close a circle with
-    /// the new map's own.
+    /// the new map's own. Of its own merges, those stay whose id is among `ids` already, with what that id
+    /// leads through: nobody knows the others, or knows them from `before`, and with new ids they would
+    /// become more with each map that begins from an earlier state of its own.
     pub fn succeed(
         &mut self,
         ids: &mut Succession<Id>,
@@ -109,12 +111,27 @@ impl<Id: Copy + Ord> MergedIds<Id> {
         is_in_map: impl Fn(Id) -> bool,
     ) {
         self.revision += 1;
-        self.into = self.into.iter().map(|(&from, &into)| (ids.of(from), ids.of(into))).collect();
+        let own = self.chains_from(|id| ids.get(id).is_some());
+        self.into = own.into_iter().map(|(from, into)| (ids.of(from), ids.of(into))).collect();
         for (&from, &into) in merged.iter().chain(&before.into) {
             if !is_in_map(from) && !self.into.contains_key(&from) {
                 self.insert(from, into);
             }
         }
+    }
+
+    /// The merges of the ids that are `known`, and those that they lead through.
+    fn chains_from(&self, known: impl Fn(Id) -> bool) -> BTreeMap<Id, Id> {
+        let mut chains = BTreeMap::new();
+        for &from in self.into.keys().filter(|from| known(**from)) {
+            let mut id = from;
+            while let Some(&into) = self.into.get(&id)
+                && chains.insert(id, into).is_none()
+            {
+                id = into;
+            }
+        }
+        chains
     }
 
     /// Bytes held, approximately.
@@ -208,6 +225,34 @@ mod tests {
         // Each chain ends, and the new map's merges hold.
         let ends = [0, 1, 2, 3].map(|id| current(&now, id));
         assert_eq!((ends[1], ends[3]), (ends[2], ends[0]));
+    }
+
+    /// A map is built again from an earlier state of its own, again and again: what merged long ago, and
+    /// what nobody asks for, is not there once more each time.
+    #[test]
+    fn old_merges_are_not_doubled_by_each_new_map() {
+        let mut map = merged(&[[4, 2], [2, 7], [5, 6]]);
+        let mut given = 8;
+        for _ in 0..10 {
+            let mut next = map.clone();
+            let names = BTreeMap::from([(ObjectId::new(7), ObjectId::new(7))]);
+            let mut ids = Succession::new(names, [given, given], ObjectId::new);
+            next.succeed(&mut ids, &BTreeMap::new(), &map, |id| id.get() == 7);
+            (map, given) = (next, ids.given());
+            assert_eq!((map.merged().count(), given), (3, 8));
+            assert_eq!([4, 2, 5].map(|id| current(&map, id)), [7, 7, 6]);
+        }
+    }
+
+    /// The plane of an id that an observation still names goes on through one that nothing names.
+    #[test]
+    fn the_way_from_an_id_that_is_known_is_kept_whole() {
+        let names =
+            BTreeMap::from([(ObjectId::new(0), ObjectId::new(3)), (ObjectId::new(2), ObjectId::new(4))]);
+        let mut ids = Succession::new(names, [5, 3], ObjectId::new);
+        let mut now = merged(&[[0, 1], [1, 2]]);
+        now.succeed(&mut ids, &BTreeMap::new(), &MergedIds::default(), |id| id.get() == 4);
+        assert_eq!((current(&now, 3), now.merged().count()), (4, 2));
     }
 
     #[test]
