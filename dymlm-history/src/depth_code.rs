@@ -3,6 +3,12 @@ use dymlm_core::DepthImage;
 
 use crate::number_plane::NumberPlane;
 
+/// How many values are remembered: more than a sensor with 11 bits of disparity has, few enough for a
+/// processor's nearest cache.
+const SLOTS: usize = 4096;
+/// Bits that no depth has: they are not a finite number's.
+const NO_DEPTH: u32 = u32::MAX;
+
 /// Appends a depth image without loss: its distinct values to `head`, the rank of each pixel's value to
 /// `body`.
 ///
@@ -11,26 +17,18 @@ use crate::number_plane::NumberPlane;
 pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u8>) {
     // Depths are not negative, so their bits have the same order.
     let bits = || depth.data().iter().map(|z| z.to_bits());
-    // Most pixels repeat the one before; leaving them out leaves less to sort.
-    let mut values: Vec<u32> = Vec::new();
-    for value in bits() {
-        if values.last() != Some(&value) {
-            values.push(value);
-        }
-    }
-    values.sort_unstable();
-    values.dedup();
+    let values = distinct(bits());
     head.put_u32_le(values.len() as u32);
     for &value in &values {
         head.put_u32_le(value);
     }
-    let (mut last, mut rank) = (values[0], 0);
+    let mut known = vec![(NO_DEPTH, 0); SLOTS];
     let rank_of = |value| {
-        if value != last {
-            last = value;
-            rank = values.partition_point(|&smaller| smaller < value) as u32;
+        let known = &mut known[slot_of(value)];
+        if known.0 != value {
+            *known = (value, values.partition_point(|&smaller| smaller < value) as u32);
         }
-        rank
+        known.1
     };
     let ranks: Vec<u32> = bits().map(rank_of).collect();
     plane_of(&values, depth.width()).put(&ranks, body);
@@ -52,6 +50,31 @@ pub(crate) fn take_depth(
     let ranks = plane_of(&values, width).take(pixels, body)?;
     let depths = ranks.into_iter().map(|rank| f32::from_bits(values[rank as usize])).collect();
     DepthImage::new(width, height, depths).ok()
+}
+
+/// The values that occur, ascending.
+fn distinct(all: impl Iterator<Item = u32>) -> Vec<u32> {
+    // Values that are still remembered are left out at once, which leaves few to sort.
+    let mut remembered = vec![NO_DEPTH; SLOTS];
+    let mut values = Vec::new();
+    for value in all {
+        let remembered = &mut remembered[slot_of(value)];
+        if *remembered != value {
+            *remembered = value;
+            values.push(value);
+        }
+    }
+    values.sort_unstable();
+    values.dedup();
+    values
+}
+
+/// The place among [`SLOTS`] at which a value is remembered until another one takes it: the highest bits of
+/// the value times 2^32 / the golden ratio, which spreads values that differ little (Knuth, The Art of
+/// Computer Programming, 6.4).
+#[inline]
+fn slot_of(value: u32) -> usize {
+    (value.wrapping_mul(0x9E37_79B1) >> (u32::BITS - SLOTS.ilog2())) as usize
 }
 
 /// Pixels without a reading are holes: they have rank 0.

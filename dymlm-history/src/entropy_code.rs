@@ -19,12 +19,25 @@ pub(crate) struct Placed {
     pub(crate) symbol: u8,
 }
 
-/// How often each symbol occurs in a context, out of [`SCALE`], and the sum of the frequencies before it.
+/// How often each symbol occurs in a context, out of [`SCALE`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Frequencies {
     of: [u16; SYMBOLS],
-    before: [u16; SYMBOLS],
 }
+
+/// How a symbol is put: from its frequency, so that no symbol waits for a division.
+#[derive(Debug, Clone, Copy, Default)]
+struct Coding {
+    /// The least number that is more than 2^[`RECIPROCAL_BITS`] / frequency.
+    reciprocal: u64,
+    frequency: u32,
+    /// The sum of the frequencies before it.
+    before: u32,
+}
+
+/// With so many bits a product with a state fits into 64, and the quotient is exact: before a symbol is put,
+/// its state is less than 2^22 * frequency, and a frequency is at most 2^10.
+const RECIPROCAL_BITS: u32 = 42;
 
 /// Appends symbols; contexts are below `contexts`.
 pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>) {
@@ -32,27 +45,41 @@ pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>
     for placed in symbols {
         counts[usize::from(placed.context)][usize::from(placed.symbol)] += 1;
     }
-    let tables: Vec<Frequencies> = counts.iter().map(Frequencies::of_counts).collect();
-    for table in &tables {
-        table.put(out);
+    let mut codings = Vec::with_capacity(contexts);
+    for counts in &counts {
+        let frequencies = Frequencies::of_counts(counts);
+        frequencies.put(out);
+        codings.push(frequencies.codings());
     }
+    let coding_of = |placed: &Placed| &codings[usize::from(placed.context)][usize::from(placed.symbol)];
     let mut words = Vec::with_capacity(symbols.len() / 8);
-    let mut state = LEAST_STATE;
     // Backwards, since the decoder takes back first what was put last.
-    for placed in symbols.iter().rev() {
-        let table = &tables[usize::from(placed.context)];
-        let [frequency, before] =
-            [&table.of, &table.before].map(|numbers| u32::from(numbers[usize::from(placed.symbol)]));
-        if state >> (u32::BITS - SCALE_BITS) >= frequency {
-            words.push(state as u16);
-            state >>= 16;
-        }
-        state = ((state / frequency) << SCALE_BITS) + state % frequency + before;
-    }
+    let state =
+        symbols.iter().rev().fold(LEAST_STATE, |state, placed| coding_of(placed).put(state, &mut words));
     out.put_u32_le(state);
     out.put_u32_le(words.len() as u32);
     for &word in words.iter().rev() {
         out.put_u16_le(word);
+    }
+}
+
+impl Coding {
+    fn new(frequency: u16, before: u16) -> Self {
+        let [frequency, before] = [frequency, before].map(u32::from);
+        let reciprocal = (1 << RECIPROCAL_BITS) / u64::from(frequency.max(1)) + 1;
+        Self { reciprocal, frequency, before }
+    }
+
+    /// The state with the symbol put into it; its lower word goes to `words` where it grows too large.
+    #[inline]
+    fn put(&self, mut state: u32, words: &mut Vec<u16>) -> u32 {
+        if state >> (u32::BITS - SCALE_BITS) >= self.frequency {
+            words.push(state as u16);
+            state >>= 16;
+        }
+        let quotient = (u64::from(state) * self.reciprocal >> RECIPROCAL_BITS) as u32;
+        // quotient * SCALE + remainder + before.
+        quotient * (SCALE as u32 - self.frequency) + state + self.before
     }
 }
 
@@ -147,16 +174,16 @@ impl Frequencies {
                 }
             }
         }
-        Self::new(of)
+        Self { of }
     }
 
-    fn new(of: [u16; SYMBOLS]) -> Self {
-        let mut sum = 0;
-        let before = of.map(|frequency| {
-            sum += frequency;
-            sum - frequency
-        });
-        Self { of, before }
+    fn codings(&self) -> [Coding; SYMBOLS] {
+        let mut before = 0;
+        self.of.map(|frequency| {
+            let coding = Coding::new(frequency, before);
+            before += frequency;
+            coding
+        })
     }
 
     /// Appends the number of symbols up to the last that occurs, and their frequencies: those below 128 in
@@ -182,7 +209,7 @@ impl Frequencies {
                 if first < 128 { upper } else { upper << 7 | u16::from(bytes.try_get_u8().ok()? & 127) };
         }
         let sum: usize = of.iter().copied().map(usize::from).sum();
-        (sum == if used == 0 { 0 } else { SCALE }).then(|| Self::new(of))
+        (sum == if used == 0 { 0 } else { SCALE }).then_some(Self { of })
     }
 }
 
@@ -216,6 +243,21 @@ mod tests {
         let mut bytes = Vec::new();
         put_symbols(&symbols, 1, &mut bytes);
         assert!((8113..8150).contains(&bytes.len()), "{}", bytes.len());
+    }
+
+    /// The largest and smallest states before a symbol of each frequency, and those around multiples of it.
+    #[test]
+    fn a_product_with_the_reciprocal_is_the_quotient() {
+        for frequency in 1..=SCALE as u64 {
+            let coding = Coding::new(frequency as u16, 0);
+            let most = (frequency << (u32::BITS - SCALE_BITS)) - 1;
+            let multiples = (0..1000).map(|i| most / 1000 * i / frequency * frequency);
+            let states = multiples.flat_map(|state| [state, state + frequency - 1, state + 1]).chain([most]);
+            for state in states.filter(|state| (1 << 16..=most).contains(state)) {
+                let put = u64::from(coding.put(state as u32, &mut Vec::new()));
+                assert_eq!(put, state / frequency * SCALE as u64 + state % frequency, "{state} {frequency}");
+            }
+        }
     }
 
     proptest! {
