@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_core, read_labels, read_leaves, read_numbers, read_points, read_states, voxel_means
+from .files import Leaves, read_core, read_labels, read_leaves, read_numbers, read_points, read_states, voxel_means
 from .inputs import VOXEL
 from .pose_graphs import pose_graph_cost, read_edges
 
@@ -136,22 +136,42 @@ def nearest_distances(points: np.ndarray, queries: np.ndarray) -> np.ndarray:
     return cKDTree(points).query(queries.astype(np.float64))[0]
 
 
-def octree_leaves(_: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against OctoMap: same leaves, same log-odds to the bit."""
-    reference = next((name for name in outputs if name not in ours(outputs)), None)
-    if reference is None:
-        return {name: Agreement("no OctoMap to compare with") for name in outputs}
-    theirs = read_leaves(outputs[reference])
-    agreements = {reference: Agreement(f"the reference: {theirs.nodes} nodes, {len(theirs.leaves)} leaves")}
-    for name in ours(outputs):
-        mine = read_leaves(outputs[name])
-        if mine.nodes == theirs.nodes and np.array_equal(mine.leaves, theirs.leaves):
-            agreements[name] = Agreement("same nodes, same leaves, same log-odds to the bit")
+def octree_leaves(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Ours against OctoMap: same leaves, same log-odds to the bit. Other maps against ours: their occupied cells."""
+    maps = {name: read_leaves(path) for name, path in outputs.items()}
+    reference = octomap(outputs)
+    agreements = {}
+    for name, found in maps.items():
+        if name in ours(outputs):
+            agreements[name] = same_leaves(found, maps.get(reference))
+        elif name == reference:
+            agreements[name] = Agreement(f"the reference: {found.nodes} nodes, {len(found.leaves)} leaves")
         else:
-            both = np.intersect1d(mine.leaves.view("V12"), theirs.leaves.view("V12"))
-            text = f"{mine.nodes} nodes, {len(mine.leaves)} leaves, of which {len(both)} are equal"
-            agreements[name] = Agreement(text, good=False)
+            agreements[name] = same_surfaces(found, maps[OURS] if OURS in maps else found, parameters)
+        agreements[name].text += f"; {found.bytes / 1e6:.1f} MB"
     return agreements
+
+
+def octomap(outputs: Outputs) -> str | None:
+    """OctoMap's name in this row, if it ran: our octree promises to be what OctoMap's is."""
+    return next((name for name in outputs if name.startswith("OctoMap")), None)
+
+
+def same_leaves(mine: Leaves, theirs: Leaves | None) -> Agreement:
+    if theirs is None:
+        return Agreement("no OctoMap to compare with")
+    if mine.nodes == theirs.nodes and np.array_equal(mine.leaves, theirs.leaves):
+        return Agreement("same nodes, same leaves, same log-odds to the bit")
+    both = np.intersect1d(mine.leaves.view("V12"), theirs.leaves.view("V12"))
+    return Agreement(f"{mine.nodes} nodes, {len(mine.leaves)} leaves, of which {len(both)} are equal", good=False)
+
+
+def same_surfaces(theirs: Leaves, mine: Leaves, parameters: dict) -> Agreement:
+    """What is occupied after one scan is what was hit, whatever way the rays take; after more, ways differ."""
+    found, expected = theirs.occupied_cells(), mine.occupied_cells()
+    shared = len(np.intersect1d(found, expected))
+    text = f"{len(found)} occupied cells, ours {len(expected)}, in both {shared}"
+    return Agreement(text, parameters["limit"] > 1 or len(found) == len(expected) == shared)
 
 
 def octree_hits(_: dict, outputs: Outputs) -> dict[str, Agreement]:
@@ -174,20 +194,24 @@ def octree_states(_: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agreement]:
-    reference = next((name for name in outputs if name not in ours(outputs)), None)
+    """Ours must answer as OctoMap does; how many answers of other maps, which take other ways, do is shown."""
+    reference = octomap(outputs)
     if reference is None:
         return {name: Agreement("no OctoMap to compare with") for name in outputs}
     theirs = read(outputs[reference])
     agreements = {reference: Agreement("the reference: " + describe(theirs))}
-    for name in ours(outputs):
-        mine = read(outputs[name])
+    for name in outputs:
+        if name == reference:
+            continue
+        mine, promised = read(outputs[name]), name in ours(outputs)
         if mine.shape != theirs.shape:
-            agreements[name] = Agreement(f"{len(mine)} answers, not {len(theirs)}", good=False)
+            agreements[name] = Agreement(f"{len(mine)} answers, not {len(theirs)}", good=not promised)
             continue
         # NaN, the centre when no cell was hit, equals NaN.
         equal = (mine == theirs) | ((mine != mine) & (theirs != theirs))
         differ = len(equal) - np.count_nonzero(equal.reshape(len(equal), -1).all(axis=1))
-        agreements[name] = Agreement(f"{differ} of {len(equal)} differ" if differ else same, good=differ == 0)
+        text = f"{differ} of {len(equal)} differ" if differ else same
+        agreements[name] = Agreement(text, good=differ == 0 or not promised)
     return agreements
 
 

@@ -44,6 +44,10 @@ OURS_FRESH = Entrant("dymlm, fresh buffers", "dymlm", {"buffers": "fresh"})
 OURS = Entrant("dymlm", "dymlm")
 
 
+# Other occupancy maps that are filled by one ray a cell.
+RAY_A_CELL = [Entrant("Bonxai", "Bonxai")]
+
+
 def rows(inputs: Inputs, quick: bool) -> list[Row]:
     return [
         *dbscan_rows(inputs, quick),
@@ -293,7 +297,7 @@ def insertion_row(inputs: Inputs, scene: tuple, size: float, rays: str, frames: 
             "frames": inputs.path(f"{file}.frames"), "limit": frames, "resolution": size,
             "max_range": max_range, "rays": rays,
         },
-        entrants=[OURS, Entrant("OctoMap" if plain else "OctoMap, discretized", "OctoMap")],
+        entrants=[OURS, Entrant("OctoMap" if plain else "OctoMap, discretized", "OctoMap"), *([] if plain else RAY_A_CELL)],
         check=agreement.octree_leaves,
         aim=None if plain else Aim(factor, "OctoMap, discretized"),
         unit=f"frame ({frames})",
@@ -310,7 +314,7 @@ def query_rows(inputs: Inputs) -> list[Row]:
             name=f"octree query, {points}",
             operation="octree_query",
             parameters=map_of | {"points": inputs.path(f"{file}.points")},
-            entrants=[*entrants, octomap],
+            entrants=[*entrants, octomap, Entrant("Bonxai", "Bonxai")],
             check=agreement.octree_states,
             aim=Aim(2),
             unit="query",
