@@ -28,7 +28,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--clock", choices=["cpu", "wall"], default="cpu", help="time in the tables (default cpu)")
     parser.add_argument("--core", type=int, help="processor core to run on (default the last one allowed)")
     parser.add_argument("--venv", type=Path, default=HERE / ".venv", help="virtual environment of the Python peers")
-    parser.add_argument("--sources", type=Path, metavar="DIR", help="folder with checkouts of the peers without packages")
+    parser.add_argument("--sources", type=Path, metavar="DIR", help="folder with checkouts of more peers")
     parser.add_argument("--data", type=Path, help="folder that holds kitchen/ (default DYMLM_DATA or ../shared/data)")
     return parser.parse_args()
 

@@ -67,14 +67,17 @@ Timing timed(Work&& work) {
   return {seconds(CLOCK_MONOTONIC) - wall, cpu_after - cpu};
 }
 
-inline std::vector<float> read_floats(const std::string& path) {
+template <class Number>
+std::vector<Number> read_numbers(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw std::runtime_error(path + " cannot be read");
-  std::vector<float> numbers(size_t(file.tellg()) / sizeof(float));
+  std::vector<Number> numbers(size_t(file.tellg()) / sizeof(Number));
   file.seekg(0);
-  file.read(reinterpret_cast<char*>(numbers.data()), std::streamsize(numbers.size() * sizeof(float)));
+  file.read(reinterpret_cast<char*>(numbers.data()), std::streamsize(numbers.size() * sizeof(Number)));
   return numbers;
 }
+
+inline std::vector<float> read_floats(const std::string& path) { return read_numbers<float>(path); }
 
 template <class T>
 void put(std::ofstream& file, T value) {

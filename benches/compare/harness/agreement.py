@@ -147,7 +147,9 @@ def octree_leaves(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
         elif name == reference:
             agreements[name] = Agreement(f"the reference: {found.nodes} nodes, {len(found.leaves)} leaves")
         else:
-            agreements[name] = same_surfaces(found, maps[OURS] if OURS in maps else found, parameters)
+            # After one scan, what is occupied is what was hit, whatever way the rays take; after more, ways differ.
+            promised = parameters["limit"] == 1 and "projective" not in name
+            agreements[name] = same_surfaces(found, maps[OURS], promised)
         agreements[name].text += f"; {found.bytes / 1e6:.1f} MB"
     return agreements
 
@@ -166,12 +168,12 @@ def same_leaves(mine: Leaves, theirs: Leaves | None) -> Agreement:
     return Agreement(f"{mine.nodes} nodes, {len(mine.leaves)} leaves, of which {len(both)} are equal", good=False)
 
 
-def same_surfaces(theirs: Leaves, mine: Leaves, parameters: dict) -> Agreement:
-    """What is occupied after one scan is what was hit, whatever way the rays take; after more, ways differ."""
+def same_surfaces(theirs: Leaves, mine: Leaves, promised: bool) -> Agreement:
     found, expected = theirs.occupied_cells(), mine.occupied_cells()
     shared = len(np.intersect1d(found, expected))
-    text = f"{len(found)} occupied cells, ours {len(expected)}, in both {shared}"
-    return Agreement(text, parameters["limit"] > 1 or len(found) == len(expected) == shared)
+    if promised and len(found) == len(expected) == shared:
+        return Agreement(f"the same {shared} occupied cells")
+    return Agreement(f"{len(found)} occupied cells, ours {len(expected)}, in both {shared}", good=not promised)
 
 
 def octree_hits(_: dict, outputs: Outputs) -> dict[str, Agreement]:
@@ -296,7 +298,7 @@ LARGE = 15_000
 
 def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     """Against each other: every large plane that all peers find must be among ours."""
-    found = {name: read_numbers(path).reshape(-1, 9) for name, path in outputs.items()}
+    found = {name: facing_camera(read_numbers(path).reshape(-1, 9)) for name, path in outputs.items()}
     peers = [name for name in found if name not in ours(outputs)]
     large = [row for name in peers for row in found[name] if row[8] >= LARGE]
     agreed = without_repeats([row for row in large if all(match(row, found[peer]) is not None for peer in peers)])
@@ -317,6 +319,12 @@ def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
             text += f"; of our {len(big)} large ones {sum(match(row, rows) is not None for row in big)}"
         agreements[name] = Agreement(text, good)
     return agreements
+
+
+def facing_camera(rows: np.ndarray) -> np.ndarray:
+    """The same planes with their normals towards the camera: some libraries leave it open where a normal points."""
+    rows[rows[:, 4] < 0, 1:5] *= -1
+    return rows
 
 
 def match(row: np.ndarray, others: np.ndarray) -> tuple[float, float] | None:

@@ -78,7 +78,7 @@ def add_cpp_peers(found: Contestants, here: Path, sources: Path | None, pin: lis
         return
     for missing in re.findall(r"peer missing: .*", configured.stdout):
         print(missing)
-    if built(build, "peers"):
+    if can_build(build, "peers"):
         program = Program([*pin, str(build / "peers")])
         for name, version in re.findall(r"peer found: (\w+) (\S+)", configured.stdout):
             found.programs[name] = program
@@ -86,14 +86,14 @@ def add_cpp_peers(found: Contestants, here: Path, sources: Path | None, pin: lis
     else:
         print("the C++ peers cannot be built: OctoMap, PCL and CGAL are left out")
     for name, folder, target in re.findall(r"peer from sources: (\w+) (\w+) (\w+)", configured.stdout):
-        if built(build, target):
+        if can_build(build, target):
             found.programs[name] = Program([*pin, str(build / "source_peers" / target)])
             found.versions[name] = commit_of(sources / folder) or "of unknown commit"
         else:
             print(f"peer missing: {name} ({target} cannot be built)")
 
 
-def built(build: Path, target: str) -> bool:
+def can_build(build: Path, target: str) -> bool:
     """Whether a program of the C++ peers can be built."""
     print(f"building {target}", flush=True)
     command = ["cmake", "--build", build, "--target", target]
