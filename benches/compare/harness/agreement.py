@@ -146,6 +146,8 @@ def octree_leaves(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
             agreements[name] = same_leaves(found, maps.get(reference))
         elif name == reference:
             agreements[name] = Agreement(f"the reference: {found.nodes} nodes, {len(found.leaves)} leaves")
+        elif OURS not in maps:
+            agreements[name] = Agreement("no dymlm to compare with")
         else:
             # After one scan, what is occupied is what was hit, whatever way the rays take; after more, ways differ.
             promised = parameters["limit"] == 1 and "projective" not in name
@@ -301,7 +303,9 @@ def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     found = {name: facing_camera(read_numbers(path).reshape(-1, 9)) for name, path in outputs.items()}
     peers = [name for name in found if name not in ours(outputs)]
     large = [row for name in peers for row in found[name] if row[8] >= LARGE]
-    agreed = without_repeats([row for row in large if all(match(row, found[peer]) is not None for peer in peers)])
+    finders = [sum(match(row, found[peer]) is not None for peer in peers) for row in large]
+    agreed = without_repeats([row for row, count in zip(large, finders) if count == len(peers)])
+    usual = without_repeats([row for row, count in zip(large, finders) if count > len(peers) / 2])
     agreements = {}
     for name, rows in found.items():
         text = f"{len(rows)} planes, {np.count_nonzero(rows[:, 8] >= LARGE)} large"
@@ -312,6 +316,7 @@ def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
             angle, offset = np.max([(0.0, 0.0), *(other for other in matches if other)], axis=0)
             text += f"; of the {len(agreed)} large ones that all peers find {len(agreed) - missed}, "
             text += f"within {angle:.1f} deg and {offset * 1e3:.0f} mm"
+            text += f"; of the {len(usual)} that most find {sum(match(row, rows) is not None for row in usual)}"
             good = missed == 0
         elif peers:
             mine = found[next(iter(ours(outputs)), name)]

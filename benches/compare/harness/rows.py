@@ -331,7 +331,7 @@ def query_rows(inputs: Inputs) -> list[Row]:
             parameters=map_of | {"points": inputs.path(f"{file}.points")},
             entrants=[*entrants, octomap, Entrant("Bonxai", "Bonxai")],
             check=agreement.octree_states,
-            aim=Aim(2),
+            aim=Aim(2, "OctoMap"),
             unit="query",
             count=inputs.path(f"{file}.points").stat().st_size // 12,
         )
