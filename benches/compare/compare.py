@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Runs other libraries and ours on the same input, checks that the results agree, and prints the ratios of times.
 
-    python3 benches/compare/compare.py [--quick] [--runs N] [--only TEXT] [--json FILE] [--markdown FILE]
+    python3 benches/compare/compare.py [--quick] [--runs N] [--only TEXT] [--sources DIR] [--json FILE] [--markdown FILE]
 
 See README.md beside this file. Needs Python with venv, and cargo; the C++ peers need cmake and Debian's
-liboctomap-dev and libpcl-dev, and are left out without these.
+liboctomap-dev and libpcl-dev, or sources in the folder DIR, and are left out without these.
 """
 
 import argparse
@@ -28,6 +28,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--clock", choices=["cpu", "wall"], default="cpu", help="time in the tables (default cpu)")
     parser.add_argument("--core", type=int, help="processor core to run on (default the last one allowed)")
     parser.add_argument("--venv", type=Path, default=HERE / ".venv", help="virtual environment of the Python peers")
+    parser.add_argument("--sources", type=Path, metavar="DIR", help="folder with checkouts of more peers")
     parser.add_argument("--data", type=Path, help="folder that holds kitchen/ (default DYMLM_DATA or ../shared/data)")
     return parser.parse_args()
 
@@ -50,7 +51,7 @@ def main() -> int:
         print("\n".join(row.name for row in chosen))
         return 0
 
-    contestants = build.contestants(HERE, root, machine.pinned_core(options.core))
+    contestants = build.contestants(HERE, root, options.sources, machine.pinned_core(options.core))
     outcomes = measurement.measure(chosen, contestants, runs, HERE / "build" / "results")
     contestants.close()
 

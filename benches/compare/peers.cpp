@@ -1,25 +1,10 @@
-// The C++ peers of compare.py: OctoMap, PCL's voxel grid and planes and CGAL's rectangles behind the protocol of `compare_ours`.
-//
-// A request is a line on standard input, `operation key=value ..`; the answer is `ok wall_seconds cpu_seconds` or
-// `error message`. With result=PATH what was computed is written there after the clock has stopped. The files are
-// those of benches/src/bin/compare_ours/{inputs,results}.rs.
+// The C++ peers of compare.py that Debian has: OctoMap, PCL's voxel grid and planes and CGAL's rectangles.
 
-#include <time.h>
+#include "protocol.hpp"
 
 #include <array>
-#include <cmath>
-#include <cstdint>
-#include <cstring>
-#include <fstream>
-#include <iomanip>
-#include <iostream>
 #include <limits>
-#include <map>
 #include <memory>
-#include <sstream>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 #ifdef HAVE_OCTOMAP
 #include <octomap/OcTree.h>
@@ -39,67 +24,6 @@
 
 namespace {
 
-struct Request {
-  std::string operation;
-  std::map<std::string, std::string> parameters;
-
-  explicit Request(const std::string& line) {
-    std::istringstream words(line);
-    words >> operation;
-    for (std::string word; words >> word;) {
-      const auto equals = word.find('=');
-      if (equals == std::string::npos) throw std::runtime_error("no value in " + word);
-      parameters[word.substr(0, equals)] = word.substr(equals + 1);
-    }
-  }
-
-  const std::string& text(const std::string& key) const {
-    const auto found = parameters.find(key);
-    if (found == parameters.end()) throw std::runtime_error(operation + " needs " + key + "=");
-    return found->second;
-  }
-
-  double number(const std::string& key) const { return std::stod(text(key)); }
-
-  // Empty when nothing is to be written.
-  std::string result() const {
-    const auto found = parameters.find("result");
-    return found == parameters.end() ? "" : found->second;
-  }
-};
-
-struct Timing {
-  double wall, cpu;
-};
-
-double seconds(clockid_t clock) {
-  timespec now;
-  clock_gettime(clock, &now);
-  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
-
-template <class Work>
-Timing timed(Work&& work) {
-  const double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  work();
-  const double cpu_after = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  return {seconds(CLOCK_MONOTONIC) - wall, cpu_after - cpu};
-}
-
-std::vector<float> read_floats(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) throw std::runtime_error(path + " cannot be read");
-  std::vector<float> numbers(size_t(file.tellg()) / sizeof(float));
-  file.seekg(0);
-  file.read(reinterpret_cast<char*>(numbers.data()), std::streamsize(numbers.size() * sizeof(float)));
-  return numbers;
-}
-
-template <class T>
-void put(std::ofstream& file, T value) {
-  file.write(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
 #ifdef HAVE_OCTOMAP
 
 using octomap::OcTree;
@@ -117,15 +41,12 @@ const std::vector<Scan>& frames(const std::string& path) {
   if (known != files.end()) return known->second;
   const std::vector<float> numbers = read_floats(path);
   std::vector<Scan>& scans = files[path];
-  for (size_t i = 0; i + 4 <= numbers.size();) {
-    uint32_t count;  // shares the array of floats as bits
-    std::memcpy(&count, &numbers[i + 3], sizeof count);
+  for (const Frame& frame : frames_in(numbers)) {
     scans.emplace_back();
-    scans.back().origin = point3d(numbers[i], numbers[i + 1], numbers[i + 2]);
-    scans.back().points.reserve(count);
-    i += 4;
-    for (uint32_t k = 0; k < count; ++k, i += 3)
-      scans.back().points.push_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    scans.back().origin = point3d(frame.origin[0], frame.origin[1], frame.origin[2]);
+    scans.back().points.reserve(frame.count);
+    for (const float* point = frame.points; point != frame.points + 3 * frame.count; point += 3)
+      scans.back().points.push_back(point[0], point[1], point[2]);
   }
   return scans;
 }
@@ -158,11 +79,10 @@ const OcTree& map_of(const Request& request) {
 void write_leaves(const std::string& path, const OcTree& tree) {
   std::ofstream file(path, std::ios::binary);
   put(file, uint64_t(tree.size()));
+  put(file, uint64_t(tree.memoryUsage()));
   for (auto leaf = tree.begin_leafs(), end = tree.end_leafs(); leaf != end; ++leaf) {
     const OcTreeKey key = leaf.getIndexKey();
-    for (int axis = 0; axis < 3; ++axis) put(file, uint16_t(key[axis]));
-    put(file, uint16_t(leaf.getDepth()));
-    put(file, leaf->getLogOdds());
+    put_leaf(file, key, int(leaf.getDepth()), leaf->getLogOdds());
   }
 }
 
@@ -211,10 +131,7 @@ Timing octree_query(const Request& request) {
       states.push_back(!node ? 0 : tree.isNodeOccupied(node) ? 2 : 1);
     }
   });
-  if (!request.result().empty()) {
-    std::ofstream file(request.result(), std::ios::binary);
-    for (const uint8_t state : states) put(file, state);
-  }
+  write_states(request.result(), states);
   return timing;
 }
 
@@ -264,21 +181,14 @@ const std::vector<Cloud::Ptr>& organized_clouds_of(const std::string& path) {
   static std::map<std::string, std::vector<Cloud::Ptr>> files;
   std::vector<Cloud::Ptr>& clouds = files[path];
   if (!clouds.empty()) return clouds;
-  const std::vector<float> numbers = read_floats(path);
-  if (numbers.size() < 6) throw std::runtime_error(path + " has no header");
-  uint32_t size[2];  // shares the array of floats as bits
-  std::memcpy(size, numbers.data(), sizeof size);
-  const double fx = numbers[2], fy = numbers[3], cx = numbers[4], cy = numbers[5];
+  const DepthImages images(path);
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  const size_t pixels = size_t(size[0]) * size[1];
-  for (size_t start = 6; start + pixels <= numbers.size(); start += pixels) {
-    clouds.emplace_back(new Cloud(size[0], size[1], pcl::PointXYZ(nan, nan, nan)));
+  for (size_t image = 0; image < images.count(); ++image) {
+    clouds.emplace_back(new Cloud(unsigned(images.width), unsigned(images.height), pcl::PointXYZ(nan, nan, nan)));
     clouds.back()->is_dense = false;
-    for (size_t i = 0; i < pixels; ++i) {
-      const double z = numbers[start + i];
-      if (z > 0)
-        (*clouds.back())[i] = pcl::PointXYZ(float((double(i % size[0]) - cx) / fx * z),
-                                            float((double(i / size[0]) - cy) / fy * z), float(z));
+    for (size_t i = 0; i < images.pixels(); ++i) {
+      const double z = images.image(image)[i];
+      if (z > 0) (*clouds.back())[i] = pcl::PointXYZ(float(images.x(i, z)), float(images.y(i, z)), float(z));
     }
   }
   return clouds;
@@ -376,13 +286,4 @@ Timing run(const Request& request) {
 
 }  // namespace
 
-int main() {
-  for (std::string line; std::getline(std::cin, line);) {
-    try {
-      const Timing timing = run(Request(line));
-      std::cout << std::fixed << std::setprecision(9) << "ok " << timing.wall << " " << timing.cpu << std::endl;
-    } catch (const std::exception& error) {
-      std::cout << "error " << error.what() << std::endl;
-    }
-  }
-}
+int main() { return serve(run); }

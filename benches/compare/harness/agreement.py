@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import read_core, read_labels, read_leaves, read_numbers, read_points, read_states, voxel_means
+from .files import Leaves, read_core, read_labels, read_leaves, read_numbers, read_points, read_states, voxel_means
 from .inputs import VOXEL
 from .pose_graphs import pose_graph_cost, read_edges
 
@@ -136,22 +136,46 @@ def nearest_distances(points: np.ndarray, queries: np.ndarray) -> np.ndarray:
     return cKDTree(points).query(queries.astype(np.float64))[0]
 
 
-def octree_leaves(_: dict, outputs: Outputs) -> dict[str, Agreement]:
-    """Against OctoMap: same leaves, same log-odds to the bit."""
-    reference = next((name for name in outputs if name not in ours(outputs)), None)
-    if reference is None:
-        return {name: Agreement("no OctoMap to compare with") for name in outputs}
-    theirs = read_leaves(outputs[reference])
-    agreements = {reference: Agreement(f"the reference: {theirs.nodes} nodes, {len(theirs.leaves)} leaves")}
-    for name in ours(outputs):
-        mine = read_leaves(outputs[name])
-        if mine.nodes == theirs.nodes and np.array_equal(mine.leaves, theirs.leaves):
-            agreements[name] = Agreement("same nodes, same leaves, same log-odds to the bit")
+def octree_leaves(parameters: dict, outputs: Outputs) -> dict[str, Agreement]:
+    """Ours against OctoMap: same leaves, same log-odds to the bit. Other maps against ours: their occupied cells."""
+    maps = {name: read_leaves(path) for name, path in outputs.items()}
+    reference = octomap(outputs)
+    agreements = {}
+    for name, found in maps.items():
+        if name in ours(outputs):
+            agreements[name] = same_leaves(found, maps.get(reference))
+        elif name == reference:
+            agreements[name] = Agreement(f"the reference: {found.nodes} nodes, {len(found.leaves)} leaves")
+        elif OURS not in maps:
+            agreements[name] = Agreement("no dymlm to compare with")
         else:
-            both = np.intersect1d(mine.leaves.view("V12"), theirs.leaves.view("V12"))
-            text = f"{mine.nodes} nodes, {len(mine.leaves)} leaves, of which {len(both)} are equal"
-            agreements[name] = Agreement(text, good=False)
+            # After one scan, what is occupied is what was hit, whatever way the rays take; after more, ways differ.
+            promised = parameters["limit"] == 1 and "projective" not in name
+            agreements[name] = same_surfaces(found, maps[OURS], promised)
+        agreements[name].text += f"; {found.bytes / 1e6:.1f} MB"
     return agreements
+
+
+def octomap(outputs: Outputs) -> str | None:
+    """OctoMap's name in this row, if it ran: our octree promises to be what OctoMap's is."""
+    return next((name for name in outputs if name.startswith("OctoMap")), None)
+
+
+def same_leaves(mine: Leaves, theirs: Leaves | None) -> Agreement:
+    if theirs is None:
+        return Agreement("no OctoMap to compare with")
+    if mine.nodes == theirs.nodes and np.array_equal(mine.leaves, theirs.leaves):
+        return Agreement("same nodes, same leaves, same log-odds to the bit")
+    both = np.intersect1d(mine.leaves.view("V12"), theirs.leaves.view("V12"))
+    return Agreement(f"{mine.nodes} nodes, {len(mine.leaves)} leaves, of which {len(both)} are equal", good=False)
+
+
+def same_surfaces(theirs: Leaves, mine: Leaves, promised: bool) -> Agreement:
+    found, expected = theirs.occupied_cells(), mine.occupied_cells()
+    shared = len(np.intersect1d(found, expected))
+    if promised and len(found) == len(expected) == shared:
+        return Agreement(f"the same {shared} occupied cells")
+    return Agreement(f"{len(found)} occupied cells, ours {len(expected)}, in both {shared}", good=not promised)
 
 
 def octree_hits(_: dict, outputs: Outputs) -> dict[str, Agreement]:
@@ -174,20 +198,24 @@ def octree_states(_: dict, outputs: Outputs) -> dict[str, Agreement]:
 
 
 def exactly_equal(outputs: Outputs, read, same: str, describe) -> dict[str, Agreement]:
-    reference = next((name for name in outputs if name not in ours(outputs)), None)
+    """Ours must answer as OctoMap does; how many answers of other maps, which take other ways, do is shown."""
+    reference = octomap(outputs)
     if reference is None:
         return {name: Agreement("no OctoMap to compare with") for name in outputs}
     theirs = read(outputs[reference])
     agreements = {reference: Agreement("the reference: " + describe(theirs))}
-    for name in ours(outputs):
-        mine = read(outputs[name])
+    for name in outputs:
+        if name == reference:
+            continue
+        mine, promised = read(outputs[name]), name in ours(outputs)
         if mine.shape != theirs.shape:
-            agreements[name] = Agreement(f"{len(mine)} answers, not {len(theirs)}", good=False)
+            agreements[name] = Agreement(f"{len(mine)} answers, not {len(theirs)}", good=not promised)
             continue
         # NaN, the centre when no cell was hit, equals NaN.
         equal = (mine == theirs) | ((mine != mine) & (theirs != theirs))
         differ = len(equal) - np.count_nonzero(equal.reshape(len(equal), -1).all(axis=1))
-        agreements[name] = Agreement(f"{differ} of {len(equal)} differ" if differ else same, good=differ == 0)
+        text = f"{differ} of {len(equal)} differ" if differ else same
+        agreements[name] = Agreement(text, good=differ == 0 or not promised)
     return agreements
 
 
@@ -272,10 +300,12 @@ LARGE = 15_000
 
 def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
     """Against each other: every large plane that all peers find must be among ours."""
-    found = {name: read_numbers(path).reshape(-1, 9) for name, path in outputs.items()}
+    found = {name: facing_camera(read_numbers(path).reshape(-1, 9)) for name, path in outputs.items()}
     peers = [name for name in found if name not in ours(outputs)]
     large = [row for name in peers for row in found[name] if row[8] >= LARGE]
-    agreed = without_repeats([row for row in large if all(match(row, found[peer]) is not None for peer in peers)])
+    finders = [sum(match(row, found[peer]) is not None for peer in peers) for row in large]
+    agreed = without_repeats([row for row, count in zip(large, finders) if count == len(peers)])
+    usual = without_repeats([row for row, count in zip(large, finders) if count > len(peers) / 2])
     agreements = {}
     for name, rows in found.items():
         text = f"{len(rows)} planes, {np.count_nonzero(rows[:, 8] >= LARGE)} large"
@@ -286,6 +316,7 @@ def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
             angle, offset = np.max([(0.0, 0.0), *(other for other in matches if other)], axis=0)
             text += f"; of the {len(agreed)} large ones that all peers find {len(agreed) - missed}, "
             text += f"within {angle:.1f} deg and {offset * 1e3:.0f} mm"
+            text += f"; of the {len(usual)} that most find {sum(match(row, rows) is not None for row in usual)}"
             good = missed == 0
         elif peers:
             mine = found[next(iter(ours(outputs)), name)]
@@ -293,6 +324,12 @@ def planes(_: dict, outputs: Outputs) -> dict[str, Agreement]:
             text += f"; of our {len(big)} large ones {sum(match(row, rows) is not None for row in big)}"
         agreements[name] = Agreement(text, good)
     return agreements
+
+
+def facing_camera(rows: np.ndarray) -> np.ndarray:
+    """The same planes with their normals towards the camera: some libraries leave it open where a normal points."""
+    rows[rows[:, 4] < 0, 1:5] *= -1
+    return rows
 
 
 def match(row: np.ndarray, others: np.ndarray) -> tuple[float, float] | None:

@@ -23,6 +23,8 @@ PYTHON_PEERS = [
     ("DUFOMap", "dufomap"),
     ("GTSAM", "gtsam"),
 ]
+# Libraries without packages, built from the caller's sources: `source_peers/CMakeLists.txt`.
+SOURCE_PEERS = ["Bonxai", "CAPE", "small_gicp", "UFOMap", "PEAC", "wavemap"]
 # Crates in the program `rust_peers`.
 RUST_PEERS = ["factrs", "tiny-solver"]
 
@@ -39,11 +41,11 @@ class Contestants:
             program.close()
 
 
-def contestants(here: Path, root: Path, pin: list[str]) -> Contestants:
+def contestants(here: Path, root: Path, sources: Path | None, pin: list[str]) -> Contestants:
     """All contestants that can be built on this machine; a line is printed for each that cannot."""
     found = Contestants({}, {})
     add_ours(found, root, pin)
-    add_cpp_peers(found, here, pin)
+    add_cpp_peers(found, here, sources, pin)
     add_rust_peers(found, here, pin)
     add_python_peers(found, here, pin)
     return found
@@ -62,22 +64,49 @@ def add_ours(found: Contestants, root: Path, pin: list[str]) -> None:
     found.versions["dymlm"] = commit.stdout.strip() or "of unknown commit"
 
 
-def add_cpp_peers(found: Contestants, here: Path, pin: list[str]) -> None:
+def add_cpp_peers(found: Contestants, here: Path, sources: Path | None, pin: list[str]) -> None:
+    if sources is None:
+        print(f"no --sources: {', '.join(SOURCE_PEERS)} are left out")
     if shutil.which("cmake") is None:
-        print("no cmake: OctoMap, PCL and CGAL are left out")
+        print("no cmake: OctoMap, PCL and CGAL, and what is built from sources, are left out")
         return
     build = here / "build" / "peers"
-    configured = subprocess.run(["cmake", "-S", here, "-B", build], stdout=subprocess.PIPE, text=True)
-    built = subprocess.run(["cmake", "--build", build], stdout=subprocess.DEVNULL)
-    if configured.returncode != 0 or built.returncode != 0:
-        print("the C++ peers cannot be built: OctoMap, PCL and CGAL are left out")
+    configure = ["cmake", "-S", here, "-B", build, f"-DSOURCES={sources.resolve() if sources else ''}"]
+    configured = subprocess.run(configure, stdout=subprocess.PIPE, text=True)
+    if configured.returncode != 0:
+        print("the C++ peers cannot be configured: OctoMap, PCL and CGAL, and what is built from sources, are left out")
         return
     for missing in re.findall(r"peer missing: .*", configured.stdout):
         print(missing)
-    program = Program([*pin, str(build / "peers")])
-    for name, version in re.findall(r"peer found: (\w+) (\S+)", configured.stdout):
-        found.programs[name] = program
-        found.versions[name] = f"{version} (Debian's)"
+    if can_build(build, "peers"):
+        program = Program([*pin, str(build / "peers")])
+        for name, version in re.findall(r"peer found: (\w+) (\S+)", configured.stdout):
+            found.programs[name] = program
+            found.versions[name] = f"{version} (Debian's)"
+    else:
+        print("the C++ peers cannot be built: OctoMap, PCL and CGAL are left out")
+    for name, folder, target in re.findall(r"peer from sources: (\w+) (\w+) (\w+)", configured.stdout):
+        if can_build(build, target):
+            found.programs[name] = Program([*pin, str(build / "source_peers" / target)])
+            found.versions[name] = commit_of(sources / folder) or "of unknown commit"
+        else:
+            print(f"peer missing: {name} ({target} cannot be built)")
+
+
+def can_build(build: Path, target: str) -> bool:
+    """Whether a program of the C++ peers can be built."""
+    print(f"building {target}", flush=True)
+    command = ["cmake", "--build", build, "--target", target]
+    return subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0
+
+
+def commit_of(folder: Path) -> str:
+    """Empty when the folder is no checkout of its own."""
+    if not (folder / ".git").exists():
+        return ""
+    describe = ["git", "-C", folder, "describe", "--always", "--tags"]
+    commit = subprocess.run(describe, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    return commit.stdout.strip()
 
 
 def add_rust_peers(found: Contestants, here: Path, pin: list[str]) -> None:

@@ -9,7 +9,7 @@
   its image, normal, offset, centroid and number of pixels, a solved pose graph its number of iterations and then for
   each pose translation and quaternion x y z w;
 - poses: translation and quaternion x y z w, 7 f64, world from camera;
-- leaves: number of nodes as u64, then for each leaf key 3 u16, depth u16, log-odds f32.
+- leaves: number of nodes and bytes of memory as u64, then for each leaf key 3 u16, depth u16, log-odds f32.
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+# Depth of a leaf that is a single cell.
+DEEPEST = 16
 LEAF = np.dtype([("key", "<u2", 3), ("depth", "<u2"), ("log_odds", "<f4")])
 
 
@@ -48,7 +50,20 @@ class Leaves:
     """An octree as its leaves, sorted by key and depth."""
 
     nodes: int
+    bytes: int
     leaves: np.ndarray
+
+    def occupied_cells(self) -> np.ndarray:
+        """The cells in all occupied leaves, as numbers, in order."""
+        occupied = self.leaves[self.leaves["log_odds"] > 0]
+        cells = []
+        for depth in np.unique(occupied["depth"]):
+            keys = occupied["key"][occupied["depth"] == depth].astype(np.int64)
+            side = np.arange(1 << (DEEPEST - int(depth)))
+            offsets = np.stack(np.meshgrid(side, side, side), axis=-1).reshape(-1, 3)
+            x, y, z = (keys[:, None] + offsets).reshape(-1, 3).T
+            cells.append(x << 32 | y << 16 | z)
+        return np.sort(np.concatenate(cells))
 
 
 def write_points(path: Path, points: np.ndarray) -> None:
@@ -135,7 +150,7 @@ def read_numbers(path: Path) -> np.ndarray:
 
 
 def read_leaves(path: Path) -> Leaves:
-    nodes = int(np.fromfile(path, dtype="<u8", count=1)[0])
-    leaves = np.fromfile(path, dtype=LEAF, offset=8)
+    nodes, held = map(int, np.fromfile(path, dtype="<u8", count=2))
+    leaves = np.fromfile(path, dtype=LEAF, offset=16)
     key = leaves["key"]
-    return Leaves(nodes, leaves[np.lexsort((leaves["depth"], key[:, 2], key[:, 1], key[:, 0]))])
+    return Leaves(nodes, held, leaves[np.lexsort((leaves["depth"], key[:, 2], key[:, 1], key[:, 0]))])

@@ -14,7 +14,7 @@ from .files import (
 
 SEED = 7
 # Increased when inputs are made in another way, so that old files are not used.
-RECIPE = 6
+RECIPE = 7
 FRAMES = 30
 # Open3D takes seconds to find planes in each.
 PLANE_FRAMES = 4
@@ -80,6 +80,7 @@ def make(folder: Path, kitchen: Path | None, data: Path) -> dict[str, str]:
     else:
         frames = kitchen_frames(kitchen, FRAMES)
         frame = fullest_frame(kitchen)
+        write_kitchen_images(folder, kitchen, FRAMES)
         where = "kitchen recording"
     write_points(folder / "frame.points", frame)
     write_frames(folder / "frames.frames", frames)
@@ -260,9 +261,20 @@ def kitchen_image(kitchen: Path, name: str) -> np.ndarray:
 def kitchen_depth_images(kitchen: Path, count: int) -> DepthImages:
     """Images spread evenly over the sequence."""
     names, camera = kitchen_listing(kitchen), kitchen_camera(kitchen)
-    chosen = [names[i] for i in np.arange(count) * len(names) // count]
-    images = np.stack([kitchen_image(kitchen, name) for name in chosen]).astype(np.float32)
+    images = np.stack([kitchen_image(kitchen, names[i]) for i in spread(len(names), count)]).astype(np.float32)
     return DepthImages(tuple(camera[key] for key in ["fx", "fy", "cx", "cy"]), images)
+
+
+def spread(length: int, count: int) -> np.ndarray:
+    """Indices spread evenly over a sequence."""
+    return np.arange(count) * length // count
+
+
+def write_kitchen_images(folder: Path, kitchen: Path, count: int) -> None:
+    """The frames of `kitchen_frames` as depth images and poses, for maps that take no points."""
+    write_depth_images(folder / "frames.depths", kitchen_depth_images(kitchen, count))
+    poses = np.loadtxt(kitchen / "groundtruth.txt")
+    write_numbers(folder / "frames.poses", poses[spread(len(kitchen_listing(kitchen)), count), 1:])
 
 
 def kitchen_listing(kitchen: Path) -> list[str]:
@@ -278,7 +290,7 @@ def kitchen_frames(kitchen: Path, count: int) -> list[Scan]:
     """Frames spread evenly over the sequence, in the world."""
     names, poses = kitchen_listing(kitchen), np.loadtxt(kitchen / "groundtruth.txt")
     scans = []
-    for i in np.arange(count) * len(names) // count:
+    for i in spread(len(names), count):
         origin, rotation = poses[i, 1:4], rotation_matrix(poses[i, 4:])
         points = kitchen_depth(kitchen, names[i]) @ rotation.T + origin
         scans.append(Scan(origin.astype(np.float32), points.astype(np.float32)))

@@ -8,7 +8,7 @@ from .measurement import Outcome, Result
 
 @dataclass
 class Verdict:
-    """The summary of a row: ours against the peer that its aim names, or else the best peer."""
+    """A line of the summary: ours against one peer."""
 
     ours: Result
     peer: Result
@@ -16,11 +16,20 @@ class Verdict:
 
     @classmethod
     def of(cls, outcome: Outcome, clock: str) -> "Verdict | None":
+        """Ours against the peer that the row's aim names, or else the best peer."""
+        return cls.against(outcome, clock, outcome.row.aim.against if outcome.row.aim else None)
+
+    @classmethod
+    def of_best(cls, outcome: Outcome, clock: str) -> "Verdict | None":
+        """Ours against the best peer, where that is not the one that the aim names."""
+        named, best = cls.of(outcome, clock), cls.against(outcome, clock, None)
+        return None if best is None or named is not None and best.peer is named.peer else best
+
+    @classmethod
+    def against(cls, outcome: Outcome, clock: str, name: str | None) -> "Verdict | None":
         timed = [result for result in outcome.results if result.timings]
         ours = next((result for result in timed if result.entrant.name == "dymlm"), None)
-        aim = outcome.row.aim
-        against = aim.against if aim else None
-        peers = [r for r in timed if r.entrant.library != "dymlm" and against in (None, r.entrant.name)]
+        peers = [r for r in timed if r.entrant.library != "dymlm" and name in (None, r.entrant.name)]
         peers = [r for r in peers if r.agreement is None or r.agreement.reached]
         if ours is None or not peers:
             return None
@@ -83,17 +92,19 @@ class Report:
     def summary(self) -> list[list[str]]:
         table = [["comparison", "dymlm", "peer", "its time", "ratio", "aim", "agrees"]]
         for outcome in self.outcomes:
-            verdict, row = Verdict.of(outcome, self.clock), outcome.row
-            if verdict is None:
-                table.append([row.name, "", "none ran", "", "", "", ""])
-                continue
-            aim = ""
-            if row.aim is not None:
-                aim = f"{row.aim.factor:g}x " + ("met" if verdict.ratio >= row.aim.factor else "MISSED")
-            ours, theirs = (self.time(outcome, result, self.clock) for result in (verdict.ours, verdict.peer))
-            agrees = "yes" if outcome.agreed else "NO"
-            table.append([row.name, ours, verdict.peer.entrant.name, theirs, f"{verdict.ratio:.1f}x", aim, agrees])
+            verdict, best = Verdict.of(outcome, self.clock), Verdict.of_best(outcome, self.clock)
+            if verdict is not None:
+                table.append(self.line(outcome, verdict, aim_of(outcome, verdict)))
+            if best is not None:
+                table.append(self.line(outcome, best, ""))
+            if verdict is None and best is None:
+                table.append([outcome.row.name, "", "none ran", "", "", "", ""])
         return table
+
+    def line(self, outcome: Outcome, verdict: Verdict, aim: str) -> list[str]:
+        ours, theirs = (self.time(outcome, result, self.clock) for result in (verdict.ours, verdict.peer))
+        agrees = "yes" if outcome.agreed else "NO"
+        return [outcome.row.name, ours, verdict.peer.entrant.name, theirs, f"{verdict.ratio:.1f}x", aim, agrees]
 
     def details(self) -> list[list[str]]:
         table = [["comparison", "contestant", "processor", "wall", "per", "runs", "times ours", "agreement"]]
@@ -117,6 +128,11 @@ class Report:
             if seconds >= scale:
                 return f"{seconds / scale:.3g} {unit}"
         return f"{seconds / 1e-9:.3g} ns"
+
+
+def aim_of(outcome: Outcome, verdict: Verdict) -> str:
+    aim = outcome.row.aim
+    return f"{aim.factor:g}x " + ("met" if verdict.ratio >= aim.factor else "MISSED") if aim else ""
 
 
 def contestant(result: Result) -> dict:

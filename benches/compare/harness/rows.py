@@ -44,6 +44,10 @@ OURS_FRESH = Entrant("dymlm, fresh buffers", "dymlm", {"buffers": "fresh"})
 OURS = Entrant("dymlm", "dymlm")
 
 
+# Other occupancy maps that are filled by one ray a cell, with the same probabilities.
+RAY_A_CELL = [Entrant("Bonxai", "Bonxai"), Entrant("UFOMap, discretized", "UFOMap")]
+
+
 def rows(inputs: Inputs, quick: bool) -> list[Row]:
     return [
         *dbscan_rows(inputs, quick),
@@ -112,7 +116,12 @@ def voxel_grid_rows(inputs: Inputs, quick: bool) -> list[Row]:
             name=f"voxel grid 1 cm, {cloud}",
             operation="voxel_grid",
             parameters={"input": inputs.path(f"{file}.points"), "voxel_size": 0.01},
-            entrants=[OURS_KEPT, OURS_FRESH, Entrant("PCL", "PCL", {"buffers": "kept"}), Entrant("Open3D", "Open3D")],
+            entrants=[
+                OURS_KEPT,
+                OURS_FRESH,
+                Entrant("PCL", "PCL", {"buffers": "kept"}),
+                *(Entrant(name, name) for name in ["Open3D", "small_gicp"]),
+            ],
             check=agreement.voxel_grid,
             aim=Aim(3),
         )
@@ -189,6 +198,7 @@ def plane_rows(inputs: Inputs) -> list[Row]:
                 Entrant("dymlm", "dymlm"),
                 Entrant("PCL, multi-plane", "PCL"),
                 Entrant("Open3D, planar patches", "Open3D"),
+                *(Entrant(name, name) for name in ["CAPE", "PEAC"]),
             ],
             check=agreement.planes,
             unit=f"image ({PLANE_FRAMES})",
@@ -286,6 +296,7 @@ def octree_rows(inputs: Inputs, quick: bool) -> list[Row]:
 def insertion_row(inputs: Inputs, scene: tuple, size: float, rays: str, frames: int) -> Row:
     name, file, max_range, factor = scene
     plain = rays == "per_point"
+    octomap = Entrant("OctoMap" if plain else "OctoMap, discretized", "OctoMap")
     return Row(
         name=f"octree insertion {size * 100:.0f} cm, {name}" + (", a ray a point" if plain else ""),
         operation="octree_insert",
@@ -293,12 +304,20 @@ def insertion_row(inputs: Inputs, scene: tuple, size: float, rays: str, frames: 
             "frames": inputs.path(f"{file}.frames"), "limit": frames, "resolution": size,
             "max_range": max_range, "rays": rays,
         },
-        entrants=[OURS, Entrant("OctoMap" if plain else "OctoMap, discretized", "OctoMap")],
+        entrants=[OURS, octomap, *([] if plain else [*RAY_A_CELL, *projective(inputs, file)])],
         check=agreement.octree_leaves,
         aim=None if plain else Aim(factor, "OctoMap, discretized"),
         unit=f"frame ({frames})",
         count=frames,
     )  # fmt: skip
+
+
+def projective(inputs: Inputs, file: str) -> list[Entrant]:
+    """Maps that project their cells into depth images, where the frames are known as such."""
+    images, poses = inputs.path(f"{file}.depths"), inputs.path(f"{file}.poses")
+    if not images.exists():
+        return []
+    return [Entrant("wavemap, projective", "wavemap", {"images": images, "poses": poses})]
 
 
 def query_rows(inputs: Inputs) -> list[Row]:
@@ -310,9 +329,9 @@ def query_rows(inputs: Inputs) -> list[Row]:
             name=f"octree query, {points}",
             operation="octree_query",
             parameters=map_of | {"points": inputs.path(f"{file}.points")},
-            entrants=[*entrants, octomap],
+            entrants=[*entrants, octomap, Entrant("Bonxai", "Bonxai")],
             check=agreement.octree_states,
-            aim=Aim(2),
+            aim=Aim(2, "OctoMap"),
             unit="query",
             count=inputs.path(f"{file}.points").stat().st_size // 12,
         )

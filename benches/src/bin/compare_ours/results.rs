@@ -20,11 +20,12 @@ pub(crate) fn write_points(path: &Path, points: &[Point]) -> Result<(), Failure>
     write(path, points.as_flattened(), |coordinate| coordinate.to_le_bytes())
 }
 
-/// An octree: the number of its nodes as u64, then for each leaf the key of its lowest cell as 3 u16, its
-/// depth as u16 and its log-odds as f32.
+/// An octree: the number of its nodes and the bytes that it holds as u64, then for each leaf the key of its
+/// lowest cell as 3 u16, its depth as u16 and its log-odds as f32.
 pub(crate) fn write_leaves(path: &Path, map: &Octree) -> Result<(), Failure> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&(map.counts().nodes as u64).to_le_bytes())?;
+    file.write_all(&(map.memory_bytes() as u64).to_le_bytes())?;
     for leaf in map.leaves() {
         for number in [leaf.key[0], leaf.key[1], leaf.key[2], leaf.depth.into()] {
             file.write_all(&number.to_le_bytes())?;
