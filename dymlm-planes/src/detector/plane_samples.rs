@@ -46,7 +46,7 @@ impl PlaneSamples {
 
     /// The points where the samples' rays meet a plane, metres, row by row.
     pub fn points(&self, plane: &Plane) -> impl Iterator<Item = [f64; 3]> {
-        self.lattice.points(self.places.iter().copied(), plane, f64::INFINITY)
+        self.lattice.centers(self.places.iter().copied(), plane)
     }
 }
 
@@ -77,6 +77,23 @@ impl RayLattice {
         })
     }
 
+    /// The ray of a place.
+    #[inline]
+    fn ray(self, place: u32) -> [f64; 2] {
+        let at = [place % self.columns.max(1), place / self.columns.max(1)].map(f64::from);
+        std::array::from_fn(|axis| f64::from(self.first[axis]) + at[axis] * f64::from(self.step[axis]))
+    }
+
+    /// The points where the rays of `places` meet a plane, metres: one for each place.
+    pub(crate) fn centers(
+        self,
+        places: impl Iterator<Item = u32>,
+        plane: &Plane,
+    ) -> impl Iterator<Item = [f64; 3]> {
+        let plane = *plane;
+        places.map(move |place| meet(&plane, self.ray(place)))
+    }
+
     /// The points where the rays of `places` (row by row) meet a plane, metres. Each sample gives as many
     /// points side by side as `spacing` requires.
     pub(crate) fn points(
@@ -86,26 +103,27 @@ impl RayLattice {
         spacing: f64,
     ) -> impl Iterator<Item = [f64; 3]> {
         let plane = *plane;
-        let (normal, d) = (plane.normal(), plane.d());
-        let [first, step] = [self.first, self.step].map(|ray| ray.map(f64::from));
-        let meet = move |x: f64, y: f64| {
-            let z = -d / (normal[0] * x + normal[1] * y + normal[2]);
-            [x * z, y * z, z]
-        };
         // Neighbouring places share the number of points, and how far these lie from the sample's own ray.
         let (mut neighbors, mut parts) = (u32::MAX, [Parts::default(); 2]);
         places.flat_map(move |place| {
-            let at = [place % self.columns.max(1), place / self.columns.max(1)].map(f64::from);
-            let [x, y] = std::array::from_fn(|axis| first[axis] + at[axis] * step[axis]);
+            let [x, y] = self.ray(place);
             if place / NEIGHBORS != neighbors {
                 neighbors = place / NEIGHBORS;
-                let counts = self.parts(&plane, meet(x, y), spacing);
-                parts = std::array::from_fn(|axis| Parts::new(counts[axis], step[axis]));
+                let counts = self.parts(&plane, meet(&plane, [x, y]), spacing);
+                parts = std::array::from_fn(|axis| Parts::new(counts[axis], f64::from(self.step[axis])));
             }
             let [columns, rows] = parts;
-            rows.offsets().flat_map(move |dy| columns.offsets().map(move |dx| meet(x + dx, y + dy)))
+            rows.offsets().flat_map(move |dy| columns.offsets().map(move |dx| meet(&plane, [x + dx, y + dy])))
         })
     }
+}
+
+/// The point where the ray (x, y, 1) meets a plane.
+#[inline]
+fn meet(plane: &Plane, [x, y]: [f64; 2]) -> [f64; 3] {
+    let normal = plane.normal();
+    let z = -plane.d() / (normal[0] * x + normal[1] * y + normal[2]);
+    [x * z, y * z, z]
 }
 
 /// The points for which a sample stands along one axis.

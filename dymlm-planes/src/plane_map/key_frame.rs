@@ -201,7 +201,7 @@ impl KeyFrame {
         for share in &self.shares {
             let (pose, fit) = (self.pose(share), share.moments().fit());
             let Some(own) = fit.and_then(|fit| fit.plane()) else { continue };
-            let points = self.lattice.points(places.of(share), &own, f64::INFINITY);
+            let points = self.lattice.centers(places.of(share), &own);
             for (point, place) in points.zip(places.of(share)) {
                 let voxel = pose.transform_point(point).map(|c| (c / voxel_size).floor() as i32);
                 if !is_wanted(share, voxel) {
@@ -220,7 +220,7 @@ impl KeyFrame {
             let (pose, fit) = (self.pose(share), share.moments().fit());
             let own = fit.and_then(|fit| fit.plane());
             own.is_none_or(|own| {
-                let mut points = self.lattice.points(places.of(share), &own, f64::INFINITY);
+                let mut points = self.lattice.centers(places.of(share), &own);
                 points
                     .all(|point| norm(difference(pose.transform_point(point), center)) > radius + voxel_size)
             })
