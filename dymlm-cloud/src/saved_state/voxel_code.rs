@@ -108,16 +108,13 @@ impl VoxelCode {
         if voxel.observations == 1 {
             bits.put(unit.is_some().into(), 1);
         }
-        match unit {
-            Some(unit) => {
-                self.put_unit(unit, bits);
-                self.readings.put(voxel.sums.weight / unit, bits);
-                self.put_means(Sums::from_array(voxel.sums.to_array().map(|sum| sum / unit)), bits);
-            }
-            None => {
-                self.put_weight(voxel.sums.weight, bits);
-                self.put_means(voxel.sums, bits);
-            }
+        if let Some(unit) = unit {
+            self.put_unit(unit, bits);
+            self.readings.put(voxel.sums.weight / unit, bits);
+            self.put_means(Sums::from_array(voxel.sums.to_array().map(|sum| sum / unit)), bits);
+        } else {
+            self.put_weight(voxel.sums.weight, bits);
+            self.put_means(voxel.sums, bits);
         }
     }
 
