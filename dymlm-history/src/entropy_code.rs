@@ -77,7 +77,7 @@ impl Coding {
             words.push(state as u16);
             state >>= 16;
         }
-        let quotient = (u64::from(state) * self.reciprocal >> RECIPROCAL_BITS) as u32;
+        let quotient = ((u64::from(state) * self.reciprocal) >> RECIPROCAL_BITS) as u32;
         // quotient * SCALE + remainder + before.
         quotient * (SCALE as u32 - self.frequency) + state + self.before
     }
