@@ -28,7 +28,7 @@ impl BlockKey {
 
     /// The block of a voxel.
     pub(crate) fn of(voxel: [i32; 3]) -> Self {
-        Self::new(voxel.map(|c| c >> BLOCK_BITS))
+        Self::new(cell_of(voxel))
     }
 
     pub(super) fn cell(self) -> [i32; 3] {
@@ -53,6 +53,11 @@ impl BlockKey {
         let min = self.cell().map(|c| c << BLOCK_BITS);
         VoxelBox { min, max: min.map(|c| c + (1 << BLOCK_BITS) - 1) }
     }
+}
+
+/// The coordinates of a voxel's block.
+pub(super) fn cell_of(voxel: [i32; 3]) -> [i32; 3] {
+    voxel.map(|c| c >> BLOCK_BITS)
 }
 
 /// A voxel's place in its block.

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use super::block::{BLOCK_VOXELS, BlockKey, local};
+use super::block::{BLOCK_VOXELS, BlockKey, cell_of, local};
 
 /// Bits of a word of the set of voxels.
 const WORD: usize = u64::BITS as usize;
@@ -12,8 +12,9 @@ pub(crate) struct VoxelLists {
     /// The place of each block's list. Lists behind these are empty.
     places: BTreeMap<BlockKey, usize>,
     lists: Vec<Vec<u16>>,
-    /// The block of the last sample, and the place of its list: neighbouring samples mostly share it.
-    last: Option<(BlockKey, usize)>,
+    /// The block of the last sample, and the place of its list: neighbouring samples mostly share it. (Its
+    /// coordinates, because a key takes longer to compute.)
+    last: Option<([i32; 3], usize)>,
 }
 
 impl VoxelLists {
@@ -24,21 +25,25 @@ impl VoxelLists {
     }
 
     pub(super) fn add(&mut self, voxel: [i32; 3]) {
-        let block = BlockKey::of(voxel);
+        let block = cell_of(voxel);
         let place = match self.last {
             Some((last, place)) if last == block => place,
-            _ => {
-                let next = self.places.len();
-                *self.places.entry(block).or_insert(next)
-            }
+            _ => self.find(block),
         };
-        self.last = Some((block, place));
-        if place == self.lists.len() {
-            self.lists.push(Vec::new());
-        }
         if let Some(list) = self.lists.get_mut(place) {
             list.push(local(voxel));
         }
+    }
+
+    /// The place of a block's list, which is begun if there is none.
+    fn find(&mut self, block: [i32; 3]) -> usize {
+        let next = self.places.len();
+        let place = *self.places.entry(BlockKey::new(block)).or_insert(next);
+        if place == self.lists.len() {
+            self.lists.push(Vec::new());
+        }
+        self.last = Some((block, place));
+        place
     }
 
     /// The blocks, each with the places of its voxels and the numbers of samples in them, in order.
