@@ -232,8 +232,9 @@ fn a_spoilt_map_is_an_error_naming_the_file() {
         fs::write(&manifest, text).unwrap();
         MapFolder::open(&target).unwrap_err()
     };
-    let newer = with(&whole.replace("\"version\": 4", "\"version\": 5"));
-    assert!(matches!(newer, Error::MapVersion { found: 5, supported: 4, .. }));
+    // The version's number with a digit before it.
+    let newer = with(&whole.replace("\"version\": ", "\"version\": 1"));
+    assert!(matches!(newer, Error::MapVersion { found, supported, .. } if found > supported));
     assert!(matches!(with(&whole.replace("dymlm map", "other")), Error::Malformed { .. }));
     assert!(with("{\n\"format\": ").to_string().contains("manifest.json, line 2"));
     for length in 0..whole.trim_end().len() {
