@@ -14,7 +14,7 @@ pub enum Sides {
     Joined,
 }
 
-/// Settings of the test whether two finite planes are one: the paper's equations 1 to 3, and whether the
+/// Settings of the test whether two finite planes are one: the paper's equations 1 and 2, and whether the
 /// patches adjoin.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -23,15 +23,9 @@ pub enum Sides {
 pub struct AssociationConfig {
     /// The paper's `beta_Th`: the angle between the normals must be smaller, degrees, 0.1..=90. Default 10.
     pub max_angle_deg: f64,
-    /// The paper's `d_Th`: the distance of the detected patch's centroid from the map plane must be smaller,
-    /// metres, 0..=10. Default 0.05.
+    /// The paper's `d_Th`: the root mean square distance of the detected patch from the map plane must be
+    /// smaller, metres, 0..=10. Default 0.05.
     pub max_distance: f64,
-    /// The paper's d'_Th: an edge point within this distance from the map plane counts as on it, metres,
-    /// 0..=10. Default 0.04.
-    pub max_point_distance: f64,
-    /// The paper's `R_Th`: more than this share of the edge points must lie on the map plane, 0..=1. Default
-    /// 0.5.
-    pub min_point_ratio: f64,
     /// Largest gap between patches that adjoin, metres, 0..=10. Default 0.04: less than between two screens
     /// or two cabinets side by side.
     pub max_gap: f64,
@@ -48,8 +42,6 @@ impl Default for AssociationConfig {
         Self {
             max_angle_deg: 10.0,
             max_distance: 0.05,
-            max_point_distance: 0.04,
-            min_point_ratio: 0.5,
             max_gap: 0.04,
             max_occluded_gap: 0.8,
             sides: Sides::Apart,
@@ -61,8 +53,6 @@ impl AssociationConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("planes.map.association.max_angle_deg", self.max_angle_deg, 0.1..=90.0)?;
         check_range("planes.map.association.max_distance", self.max_distance, 0.0..=10.0)?;
-        check_range("planes.map.association.max_point_distance", self.max_point_distance, 0.0..=10.0)?;
-        check_range("planes.map.association.min_point_ratio", self.min_point_ratio, 0.0..=1.0)?;
         check_range("planes.map.association.max_gap", self.max_gap, 0.0..=10.0)?;
         check_range("planes.map.association.max_occluded_gap", self.max_occluded_gap, 0.0..=10.0)
     }

@@ -5,34 +5,33 @@ use super::config::{AssociationConfig, Sides};
 use super::contact::Contact;
 use super::finite_plane::FinitePlane;
 use super::partition::Partition;
-use crate::linear_algebra::foot_on;
+use crate::linear_algebra::quadratic_form;
 use crate::patches::VoxelBox;
 use crate::plane_frame::PlaneFrame;
-
-/// Most inliers of a map plane that equation 3 uses.
-const MOST_POINTS: usize = 400;
 
 /// How well two planes agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Agreement {
     /// Angle between the normals, radians.
     pub(crate) angle: f64,
-    /// Distance of the detected plane's centroid from the map plane, metres.
+    /// Root mean square distance of the detected patch from the map plane, metres.
     pub(crate) distance: f64,
     /// Whether they agree only when one normal is reversed.
     pub(crate) flipped: bool,
 }
 
-/// The test whether a detected plane `P_c` is the plane `P_w` of the map: equation 1 and (equation 2 or
-/// equation 3), and the patches adjoin. Paper III-B, with corrections:
+/// The test whether a detected plane `P_c` is the plane `P_w` of the map: equations 1 and 2, and the patches
+/// adjoin. Paper III-B, with corrections:
 ///
 /// - everything is compared in the world, n = `R_wc` `n_c`, d = `d_c` - n . `t_wc`;
 /// - normals point to the camera that saw them, and equation 1 has no absolute value: the other side of a
 ///   thin thing is another face ([`Sides`]);
-/// - offsets are compared at the detected patch, because at the world's origin a small angle makes a large
-///   difference;
-/// - equation 3 counts points with |`n_w` . x + `d_w`| < d'_Th; without the absolute value all points behind
-///   the plane would count;
+/// - equation 2 compares the planes over the detected patch. At the world's origin a small angle makes a large
+///   difference; at the patch's centroid alone it makes none, and a floor takes in the ramp that begins on it;
+/// - equation 3, by which planes are also one when more than half of the patch's edge points are near the
+///   plane of the map, is left out: the edge that is near the camera has most of the points, so that it
+///   accepts the same ramp. In rooms, buildings and recordings, with and without drift, it joins no planes
+///   that equation 2 does not;
 /// - patches must overlap or nearly touch, because two desks of one height are two planes. (Unless key frames
 ///   showed that something nearer occludes their connection; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]
@@ -59,8 +58,7 @@ impl Criterion {
             return None;
         }
         let agreement = self.compare(detected, mapped)?;
-        let is_near =
-            self.offsets_agree(agreement.distance) || self.edge_points_agree(detected, &mapped.plane, region);
+        let is_near = self.offsets_agree(agreement.distance);
         (is_near && self.patches_adjoin(detected, mapped, region, &[])).then_some(agreement)
     }
 
@@ -88,7 +86,7 @@ impl Criterion {
 
     /// Largest distance of a patch's voxels from the plane, metres.
     fn max_offset(&self) -> f64 {
-        self.config.max_distance.max(self.config.max_point_distance) + 2.0 * self.voxel_size
+        self.config.max_distance + 2.0 * self.voxel_size
     }
 
     /// How well planes agree whose patches do not adjoin. Without contact they must agree better: the sum of
@@ -104,8 +102,7 @@ impl Criterion {
     /// How well two planes agree, wherever their patches lie; `None` when their normals do not (equation 1).
     fn compare(&self, detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> Option<Agreement> {
         let (angle, flipped) = self.normals_agree(&detected.plane, &mapped.plane)?;
-        let distance = mapped.plane.signed_distance(detected.centroid).abs();
-        Some(Agreement { angle, distance, flipped })
+        Some(Agreement { angle, distance: distance_between(detected, mapped), flipped })
     }
 
     /// Equation 1: the angle beta between the normals is below `beta_Th`. Returns the angle, and whether one
@@ -120,22 +117,6 @@ impl Criterion {
     /// Equation 2: the distance is below `d_Th`.
     fn offsets_agree(&self, distance: f64) -> bool {
         distance < self.config.max_distance
-    }
-
-    /// Equation 3: more than `R_Th` of the edge points are nearer to the map plane than d'_Th.
-    fn edge_points_agree(&self, detected: &FinitePlane<'_>, mapped: &Plane, region: &VoxelBox) -> bool {
-        let is_near = |point: [f64; 3]| mapped.signed_distance(point).abs() < self.config.max_point_distance;
-        let (near, all) = if let Some(points) = detected.edge_points {
-            (points.iter().filter(|point| is_near(**point)).count(), points.len())
-        } else {
-            // A few hundred inliers of a large plane give the share as well as all of them.
-            let voxels: Vec<_> = detected.patch.voxels_in(region).collect();
-            let stride = voxels.len().div_ceil(MOST_POINTS).max(1);
-            let points = voxels.iter().step_by(stride);
-            let points = points.map(|voxel| foot_on(&detected.plane, voxel.center(self.voxel_size)));
-            (points.filter(|point| is_near(*point)).count(), voxels.len().div_ceil(stride))
-        };
-        near as f64 > self.config.min_point_ratio * all as f64
     }
 
     /// Whether the patches overlap or lie within the gap of each other on the map plane, elsewhere than
@@ -159,4 +140,13 @@ impl Criterion {
         let distance = agreement.distance / self.config.max_distance.max(1e-9);
         angle * angle + distance * distance
     }
+}
+
+/// Root mean square distance from a plane of the map, metres, of the part of the detected plane that has
+/// inliers. The noise of the inliers is not part of it.
+fn distance_between(detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> f64 {
+    let offset = mapped.plane.signed_distance(detected.centroid);
+    let variance = |plane: &Plane| quadratic_form(&detected.spread, plane.normal());
+    let by_inclination = (variance(&mapped.plane) - variance(&detected.plane)).max(0.0);
+    (offset * offset + by_inclination).sqrt()
 }

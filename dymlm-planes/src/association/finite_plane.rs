@@ -1,5 +1,6 @@
 use dymlm_core::Plane;
 
+use crate::linear_algebra::Symmetric3;
 use crate::patches::Patch;
 
 /// A finite plane in the world, as the tests use it.
@@ -7,8 +8,7 @@ use crate::patches::Patch;
 pub(crate) struct FinitePlane<'a> {
     pub(crate) plane: Plane,
     pub(crate) centroid: [f64; 3],
+    /// Covariance of its inliers, weighted as in the fit, square metres.
+    pub(crate) spread: Symmetric3,
     pub(crate) patch: &'a Patch,
-    /// The points that equation 3 counts (`B_c`): those along the detected plane's edge. `None` for a plane
-    /// of the map, whose edge moves with each fusion: all its inliers count instead.
-    pub(crate) edge_points: Option<&'a [[f64; 3]]>,
 }

@@ -1,7 +1,7 @@
 use dymlm_core::vector3::dot;
 use dymlm_core::{SymmetricEigen3, symmetric_eigen3};
 
-use crate::linear_algebra::rows;
+use crate::linear_algebra::{Symmetric3, rows};
 use crate::moments::{Fit, Moments};
 
 /// Units of length per metre: 2^20, so that a unit is about a micrometre.
@@ -111,6 +111,11 @@ impl FixedMoments {
         });
         let centroid = std::array::from_fn(|axis| (origin[axis] as f64 + mean_rest[axis]) / UNITS);
         Some((Moments { weight: self.weight(), first: [0.0; 3], second }, centroid))
+    }
+
+    /// Covariance of the points, square metres; 0 without points.
+    pub(super) fn spread(&self) -> Symmetric3 {
+        self.about_centroid().map_or([0.0; 6], |(moments, _)| moments.covariance())
     }
 
     /// The least-squares plane, its normal towards the cameras.

@@ -6,7 +6,7 @@ use super::gap::GapLook;
 use super::gap_record::{GapLooks, PlanePair};
 use super::insertion::Union;
 use super::label_code::{MOST_LABELS, decode, encode};
-use super::observation::{PlacedShare, reach_of_planes};
+use super::placed_share::{PlacedShare, reach_of_planes};
 use crate::detector::{DetectedPlane, RayLattice};
 use crate::error::Error;
 use crate::moments::Moments;

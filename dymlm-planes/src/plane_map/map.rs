@@ -17,7 +17,7 @@ use super::gap_record::GapRecord;
 use super::insertion::Insertion;
 use super::key_frame::{KeyFrame, Places};
 use super::map_plane::{MapPlane, ShapeSettings};
-use super::observation::{Observation, reach_of_planes};
+use super::placed_share::{PlacedShare, reach_of_planes};
 use super::report::PlaneReport;
 use crate::association::{Agreement, Criterion, FinitePlane, Partition};
 use crate::detector::DetectedPlane;
@@ -28,8 +28,8 @@ use crate::shared_map::SharedMap;
 /// The map of finite planes (paper III-B).
 ///
 /// A key frame's planes are transformed to the world, associated with the planes of the map, and fused with
-/// them; then planes of the map that have become one are merged. The association is the paper's (equation 1
-/// and (equation 2 or equation 3)) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
+/// them; then planes of the map that have become one are merged. The association is the paper's
+/// (equations 1 and 2) with corrections; see [`AssociationConfig`](crate::AssociationConfig).
 ///
 /// Coplanar patches that do not adjoin are one surface if something nearer occludes the gap (a wall behind a
 /// person, a floor on both sides of a table), and two if the gap can be looked through (two desks of one
@@ -118,11 +118,11 @@ impl PlaneMap {
         world_from_camera: &Pose,
     ) -> Result<PlaneReport, Error> {
         let (key_frame, places) = KeyFrame::new(detected, frame.timestamp(), world_from_camera);
-        let observations = self.bring_to_world(detected, &key_frame, &places)?;
-        let seen = observations.iter().map(|observation| observation.placed.patch.bounds());
+        let placed = self.bring_to_world(&key_frame, &places)?;
+        let seen = placed.iter().map(|share| share.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
-        let pairings: Vec<_> = observations.iter().map(|observation| self.associate(observation)).collect();
-        let mut insertion = self.fuse(observations, &pairings, key_frame);
+        let pairings: Vec<_> = placed.iter().map(|share| self.associate(share)).collect();
+        let mut insertion = self.fuse(placed, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
         let gap_looks = self.look_between(&insertion, &region, &view, &world_from_camera.inverse());
         let missed = self.missed_by(&insertion, &view, world_from_camera);
@@ -227,24 +227,16 @@ impl PlaneMap {
             + self.gaps.memory_bytes()
     }
 
-    fn bring_to_world(
-        &self,
-        detected: &[DetectedPlane],
-        key_frame: &KeyFrame,
-        places: &Places,
-    ) -> Result<Vec<Observation>, Error> {
+    fn bring_to_world(&self, key_frame: &KeyFrame, places: &Places) -> Result<Vec<PlacedShare>, Error> {
         let mut lists = VoxelLists::default();
-        let place = |(plane, share)| {
-            let placed = key_frame.placed(share, places, self.config.voxel_size, &mut lists)?;
-            Ok(Observation::new(plane, placed, &key_frame.world_from_camera))
-        };
-        detected.iter().zip(&key_frame.shares).map(place).collect()
+        let place = |share| key_frame.placed(share, places, self.config.voxel_size, &mut lists);
+        key_frame.shares.iter().map(place).collect()
     }
 
     /// The best plane of the map for a detected one. Several detected planes may share it, as parts of one
     /// surface.
-    fn associate(&self, observation: &Observation) -> Option<Pairing> {
-        let detected = observation.finite();
+    fn associate(&self, share: &PlacedShare) -> Option<Pairing> {
+        let detected = share.finite();
         let region = detected.patch.bounds().grown(self.criterion.reach());
         let near = self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth));
         let candidates = near.filter_map(|mapped| {
@@ -280,14 +272,14 @@ impl PlaneMap {
 
     fn fuse(
         &mut self,
-        observations: Vec<Observation>,
+        placed: Vec<PlacedShare>,
         pairings: &[Option<Pairing>],
         mut key_frame: KeyFrame,
     ) -> Insertion {
         let (mut insertion, shape) = (Insertion::of(FrameId::new(self.next_key_frame)), self.shape());
         self.next_key_frame += 1;
-        let observations = observations.into_iter().zip(&mut key_frame.shares);
-        for ((Observation { mut placed, .. }, share), pairing) in observations.zip(pairings) {
+        let shares = placed.into_iter().zip(&mut key_frame.shares);
+        for ((mut placed, share), pairing) in shares.zip(pairings) {
             share.plane = if let Some(pairing) = pairing {
                 if pairing.agreement.flipped {
                     (share.is_flipped, placed.moments) = (true, placed.moments.flipped());

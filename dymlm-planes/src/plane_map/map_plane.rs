@@ -6,7 +6,7 @@ use dymlm_core::{Birth, FrameId, Plane, PlaneId, Point};
 use super::fixed_moments::FixedMoments;
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, CellPicture, FilledCells, trace_boundary};
-use crate::linear_algebra::foot_on;
+use crate::linear_algebra::{Symmetric3, foot_on};
 use crate::patches::{BlockKey, Patch, VoxelBox};
 use crate::plane_frame::PlaneFrame;
 
@@ -19,6 +19,8 @@ pub struct MapPlane {
     pub(super) plane: Plane,
     pub(super) centroid: [f64; 3],
     pub(super) mse: f64,
+    /// Covariance of its inliers, square metres.
+    pub(super) spread: Symmetric3,
     pub(super) sightings: Sightings,
     pub(super) is_confirmed: bool,
     /// Whether it was judged to be no longer there.
@@ -92,6 +94,7 @@ impl MapPlane {
             plane,
             centroid: [0.0; 3],
             mse: 0.0,
+            spread: [0.0; 6],
             sightings: Sightings::default(),
             is_confirmed: false,
             is_gone: false,
@@ -110,6 +113,7 @@ impl MapPlane {
             self.plane = plane;
             self.centroid = fit.centroid;
             self.mse = fit.mse;
+            self.spread = self.moments.spread();
         }
     }
 
@@ -251,6 +255,6 @@ impl MapPlane {
     }
 
     pub(super) fn finite(&self) -> FinitePlane<'_> {
-        FinitePlane { plane: self.plane, centroid: self.centroid, patch: &self.patch, edge_points: None }
+        FinitePlane { plane: self.plane, centroid: self.centroid, spread: self.spread, patch: &self.patch }
     }
 }

@@ -9,7 +9,7 @@ mod key_frame;
 mod label_code;
 mod map;
 mod map_plane;
-mod observation;
+mod placed_share;
 mod plane_sighting;
 mod report;
 

@@ -13,3 +13,4 @@ mod map_life;
 mod moved_body;
 mod mover_boxes;
 mod partitions;
+mod ramps;

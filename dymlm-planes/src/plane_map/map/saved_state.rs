@@ -262,7 +262,7 @@ impl SavedPlane {
             && self.sightings.is_possible()
             && self.moments.is_possible()
             && self.judged.values().flatten().all(|&count| count < 1 << 40);
-        (plane.centroid, plane.mse) = (self.centroid, self.mse);
+        (plane.centroid, plane.mse, plane.spread) = (self.centroid, self.mse, self.moments.spread());
         (plane.sightings, plane.moments) = (self.sightings, self.moments);
         (plane.is_confirmed, plane.is_gone) = (self.is_confirmed, self.is_gone);
         plane.judged = self.judged;
