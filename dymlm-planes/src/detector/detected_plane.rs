@@ -28,8 +28,6 @@ pub struct DetectedPlane {
     pub area: f64,
     /// Every fourth inlier along rows and columns (of a camera with a Kinect's focal length): its patch.
     pub samples: PlaneSamples,
-    /// Pixels along the rim of the segment and of its holes, without outliers: see [`Self::edge_points`].
-    pub edge: PlaneSamples,
     /// The label of its pixels in [`PlaneDetector::labels`](crate::PlaneDetector::labels).
     pub label: u16,
     /// Sums over the inliers, weighted by 1 / sigma(z)^2; a reading with the sensor's least noise (a Kinect's
@@ -38,12 +36,6 @@ pub struct DetectedPlane {
 }
 
 impl DetectedPlane {
-    /// Points along the rim of the segment and of its holes, without outliers, projected onto the plane along
-    /// their rays, metres: the paper's `B_c`.
-    pub fn edge_points(&self) -> impl Iterator<Item = [f64; 3]> {
-        self.edge.points(&self.plane)
-    }
-
     /// Share of the segment's pixels that are inliers, 0..=1.
     pub fn inlier_ratio(&self) -> f64 {
         self.inliers as f64 / self.support.max(1) as f64

@@ -8,7 +8,7 @@ use crate::moments::Moments;
 
 /// Storage of detected planes as bytes with their key frame; reading restores the same bits.
 impl DetectedPlane {
-    /// Appends the plane to `out`: some 300 bytes, and about one for each sample and each pixel of the edge.
+    /// Appends the plane to `out`: some 300 bytes, and about one for each sample.
     pub fn put_bytes(&self, out: &mut Vec<u8>) {
         let PlaneCovariance { axes, centroid, tilt, offset } = self.covariance;
         let Moments { weight, first, second } = self.moments;
@@ -22,7 +22,6 @@ impl DetectedPlane {
         out.put_u32_le(self.inliers as u32);
         out.put_u16_le(self.label);
         self.samples.put_bytes(out);
-        self.edge.put_bytes(out);
     }
 
     /// Reads a plane from the front of `bytes`; `None` when they are not what [`Self::put_bytes`] writes.
@@ -42,7 +41,6 @@ impl DetectedPlane {
             area,
             label: bytes.try_get_u16_le().ok()?,
             samples: PlaneSamples::take_bytes(bytes)?,
-            edge: PlaneSamples::take_bytes(bytes)?,
             moments: Moments { weight, first, second },
         })
     }

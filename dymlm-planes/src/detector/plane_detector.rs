@@ -12,8 +12,8 @@ use crate::error::Error;
 /// 1. **Extraction** by agglomerative clustering of blocks of the depth image, then growing pixel by pixel
 ///    (Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative
 ///    Hierarchical Clustering", ICRA 2014).
-/// 2. **Refinement**: a robust fit (reweighted least squares with Tukey's biweight) with inliers, edge points
-///    and covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and converges to a fit
+/// 2. **Refinement**: a robust fit (reweighted least squares with Tukey's biweight) with inliers and
+///    covariance. The paper uses PCL's RANSAC; reweighting needs no random numbers and converges to a fit
 ///    on all inliers.
 /// 3. **Filter**: planes that are too small, too uncertain, or on a mover are rejected.
 ///

@@ -8,8 +8,8 @@ const MOST_PARTS: f64 = 4.0;
 /// Number of consecutive places that share the first one's number of points.
 const NEIGHBORS: u32 = 16;
 
-/// The pixels of a lattice in the image that show a plane's inliers: its patch or its edge, which can be
-/// drawn at any pose. Camera frame.
+/// The pixels of a lattice in the image that show a plane's inliers: its patch, which can be drawn at any pose.
+/// Camera frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlaneSamples {

@@ -1,6 +1,5 @@
 //! The robust second fit of extracted planes. See [`PlaneRefiner`].
 
-mod edge_points;
 mod refiner;
 mod reweighting;
 mod runs;

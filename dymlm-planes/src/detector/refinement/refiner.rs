@@ -7,7 +7,6 @@ use super::super::extraction::{Extraction, Segment};
 use super::super::patch_range::patch_range;
 use super::super::plane_samples::RayLattice;
 use super::super::rays::Rays;
-use super::edge_points::visit_rims;
 use super::reweighting::{Kernel, Trial, WeightedSums};
 use super::runs::{Run, find_runs};
 use crate::moments::Fit;
@@ -17,13 +16,13 @@ const INLIER_WIDTH: f64 = 3.0;
 /// Number of neighbouring readings that share one error, because a structured-light camera matches windows of
 /// the image. It scales only the covariance.
 const CORRELATED_PIXELS: f64 = 9.0;
-/// Spacing of the samples of a patch and its edge, pixels of a Kinect: 3 cm at 4 m.
+/// Spacing of the samples of a patch, pixels of a Kinect: 3 cm at 4 m.
 const SAMPLE_STRIDE: f64 = 4.0;
 /// Every second row is read while reweighting, because neighbouring readings share their errors; the last fit
 /// reads all rows.
 const ROWS_WHILE_REWEIGHTING: u32 = 2;
 
-/// Fits extracted planes again robustly, with inliers, edge points and covariance.
+/// Fits extracted planes again robustly, with inliers, samples of the patch and covariance.
 ///
 /// Iteratively reweighted least squares with Tukey's biweight (Holland, Welsch 1977) on distances in units of
 /// the sensor's axial noise, each reading weighted by 1 / sigma(z)^2 as in the cloud map. The paper's second
@@ -37,7 +36,7 @@ pub(in crate::detector) struct PlaneRefiner {
     sensor: SensorModel,
     /// 1 / (fx fy).
     pixel_solid_angle: f64,
-    /// Spacing of the samples of patches and edges along rows and columns, pixels.
+    /// Spacing of the samples of patches along rows and columns, pixels.
     stride: usize,
     runs: Vec<Run>,
     fits: Vec<Fit>,
@@ -83,7 +82,6 @@ impl PlaneRefiner {
         self.refit();
         self.collect_planes(extraction.segments(), camera);
         self.sample_patches(depth, rays, extraction);
-        self.find_edges(depth, rays, extraction);
     }
 
     /// The last result.
@@ -144,7 +142,7 @@ impl PlaneRefiner {
 
     /// Collects the refined planes; the buffers of the last frame's planes are reused.
     fn collect_planes(&mut self, segments: &[Segment], camera: &PinholeCamera) {
-        let mut buffers: Vec<_> = self.planes.drain(..).map(|plane| (plane.samples, plane.edge)).collect();
+        let mut buffers: Vec<_> = self.planes.drain(..).map(|plane| plane.samples).collect();
         self.places.clear();
         for (index, segment) in segments.iter().enumerate() {
             let (fit, sums) = (&self.fits[index], &self.sums[index]);
@@ -155,9 +153,8 @@ impl PlaneRefiner {
                 self.places.push(None);
                 continue;
             };
-            let (mut samples, mut edge) = buffers.pop().unwrap_or_default();
+            let mut samples = buffers.pop().unwrap_or_default();
             samples.begin(RayLattice::of_pixels(camera, self.stride));
-            edge.begin(RayLattice::of_pixels(camera, 1));
             self.places.push(Some(self.planes.len()));
             self.planes.push(DetectedPlane {
                 plane,
@@ -168,7 +165,6 @@ impl PlaneRefiner {
                 inliers: sums.readings,
                 area: 0.0,
                 samples,
-                edge,
                 label: index as u16 + 1,
                 moments: sums.moments,
             });
@@ -190,17 +186,6 @@ impl PlaneRefiner {
                 sample += 1;
             }
         }
-    }
-
-    fn find_edges(&mut self, depth: &DepthImage, rays: &Rays, extraction: &Extraction) {
-        let (labels, width) = (extraction.labels(), extraction.width());
-        let mut planes = std::mem::take(&mut self.planes);
-        visit_rims(labels, width, &self.runs, self.stride, |u, v, _| {
-            if let Some((place, _)) = self.inlier_at(depth, rays, extraction, u, v) {
-                planes[place].edge.places.push((v * width + u) as u32);
-            }
-        });
-        self.planes = planes;
     }
 
     /// The plane of which a pixel is an inlier, and the depth of the plane at that pixel, metres.

@@ -24,7 +24,7 @@ pub(super) fn find_runs(labels: &[u16], width: usize, out: &mut Vec<Run>) {
 }
 
 /// Number of leading labels that equal `label`; compared many at a time.
-pub(super) fn length_of_run(labels: &[u16], label: u16) -> usize {
+fn length_of_run(labels: &[u16], label: u16) -> usize {
     const MANY: usize = 16;
     let (chunks, _) = labels.as_chunks::<MANY>();
     let whole = MANY * chunks.iter().take_while(|chunk| **chunk == [label; MANY]).count();
