@@ -15,11 +15,19 @@ const SIGNIFICANT: f64 = 10.0;
 /// pillars are planes (0.2: precision 98 %, 0.3: 96 %, without the rule 88 % in building 77).
 const MOST_TURN: f64 = 0.3;
 
-/// The bend of a plane: sums for the quadratic surface through the centroids of its blocks.
+/// Cosine of the largest angle between a plane and a block beside it that may continue it: 30 degrees, beyond
+/// which there is an edge.
+const COS_CONTINUED: f64 = 0.866_025;
+/// Tangent of half that angle.
+const RISE: f64 = 0.267_949;
+
+/// The bend of a plane: sums for the quadratic surface through the centroids of its blocks, and of the blocks
+/// around it that continue it.
 ///
 /// A strip of a round thing that is narrow or far away is as flat as the sensor's noise. But its misfit is
 /// systematic, whereas noise, disparity steps included, is not: over some hundred blocks a curve shows that
-/// no single block shows.
+/// no single block shows. And a face ends at an edge or a step, whereas beside a strip the surface goes on and
+/// bends away.
 #[derive(Debug, Clone)]
 pub(super) struct Bend {
     fit: Fit,
@@ -37,6 +45,14 @@ impl Bend {
         Self { fit, axes: plane_axes(fit.normal), matrix, right, squares: 0.0, blocks: 0 }
     }
 
+    /// Whether a flat block, up to `reach` metres beside the plane, may continue it: there is no edge between
+    /// them, and no step beyond what a surface that turns as far as an edge would rise.
+    pub(super) fn is_continued_by(&self, block: &Fit, reach: f64) -> bool {
+        let distance = dot(self.fit.normal, difference(block.centroid, self.fit.centroid)).abs();
+        dot(self.fit.normal, block.normal) > COS_CONTINUED && distance < RISE * reach
+    }
+
+    /// Adds a block with the centroid and the weight of its readings.
     pub(super) fn add(&mut self, centroid: [f64; 3], weight: f64) {
         let offset = difference(centroid, self.fit.centroid);
         let [u, v] = self.axes.map(|axis| dot(axis, offset));
@@ -52,12 +68,22 @@ impl Bend {
         self.blocks += 1;
     }
 
-    /// Whether the blocks, on a plane of this width in metres, are bent beyond noise. False when they are too
-    /// few or in too few rows.
+    /// Width of the blocks' centroids perpendicular to their longest extent, metres. Points spread evenly over
+    /// a width w have the variance w^2 / 12.
+    fn width(&self) -> f64 {
+        let share = 1.0 / self.matrix[0][0];
+        let [u, v] = [1, 2].map(|i| share * self.matrix[i][0]);
+        let (uu, uv) = (share * self.matrix[1][1] - u * u, share * self.matrix[2][1] - u * v);
+        let vv = share * self.matrix[2][2] - v * v;
+        let across = 0.5 * (uu + vv - (uu - vv).hypot(2.0 * uv));
+        (12.0 * across.max(0.0)).sqrt()
+    }
+
+    /// Whether the blocks are bent beyond noise. False when they are too few or in too few rows.
     ///
     /// Normal equations solved by Cholesky: the square of each entry of the forward solution is what its term
     /// takes off the sum of squares.
-    pub(super) fn is_round(&self, width: f64) -> bool {
+    pub(super) fn is_round(&self) -> bool {
         let mut lower = [[0.0; TERMS]; TERMS];
         let mut solved = [0.0; TERMS];
         for i in 0..TERMS {
@@ -80,7 +106,7 @@ impl Bend {
         let uv = (solved[4] - lower[5][4] * vv) / lower[4][4];
         let uu = (solved[3] - lower[4][3] * uv - lower[5][3] * vv) / lower[3][3];
         let curvature = (uu + vv).abs() + (uu - vv).hypot(uv);
-        free > 0.0 && bend > SIGNIFICANT * error && curvature * width > MOST_TURN
+        free > 0.0 && bend > SIGNIFICANT * error && curvature * self.width() > MOST_TURN
     }
 }
 
@@ -102,21 +128,21 @@ mod tests {
 
     #[test]
     fn a_strip_of_a_pillar_is_round_and_one_of_a_wall_is_not() {
-        assert!(strip(0.4).is_round(0.2));
-        assert!(!strip(f64::INFINITY).is_round(0.2));
+        assert!(strip(0.4).is_round());
+        assert!(!strip(f64::INFINITY).is_round());
         // It turns by 0.01 rad over its width: too little to count as bent.
-        assert!(!strip(20.0).is_round(0.2));
+        assert!(!strip(20.0).is_round());
     }
 
     #[test]
     fn few_blocks_and_single_rows_tell_nothing() {
         let fit = Fit { centroid: [0.0, 0.0, 2.0], normal: [0.0, 0.0, -1.0], ..Fit::default() };
         let mut bend = Bend::new(fit);
-        assert!(!bend.is_round(0.2));
+        assert!(!bend.is_round());
         for column in 0..40 {
             let x = 0.01 * f64::from(column);
             bend.add([x, 0.0, 2.0 + x * x], 1.0);
         }
-        assert!(!bend.is_round(0.4));
+        assert!(!bend.is_round());
     }
 }

@@ -75,8 +75,13 @@ pub(in crate::detector) struct PlaneExtractor {
     relabelled: Vec<u16>,
     /// The bend of each label's plane.
     bends: Vec<Option<Bend>>,
+    /// Pairs of a label and a block near its plane that is not part of it.
+    surroundings: Vec<(u16, usize)>,
     extraction: Extraction,
 }
+
+/// Number of blocks on each side of a plane in which it is followed, to see whether it ends at an edge.
+const SURROUNDINGS: usize = 2;
 
 impl PlaneExtractor {
     /// An extractor with empty buffers.
@@ -104,6 +109,7 @@ impl PlaneExtractor {
             meetings: Vec::new(),
             relabelled: Vec::new(),
             bends: Vec::new(),
+            surroundings: Vec::new(),
             extraction: Extraction::default(),
         }
     }
@@ -139,6 +145,7 @@ impl PlaneExtractor {
         self.sum_planes();
         self.merge_planes();
         self.measure_bends();
+        self.add_surroundings(camera);
         self.write_planes();
         Ok(())
     }
@@ -366,13 +373,55 @@ impl PlaneExtractor {
     fn measure_bends(&mut self) {
         self.bends.clear();
         self.bends.extend(self.sums.iter().map(|sums| sums.fit().map(Bend::new)));
-        for block in (0..self.grid.len()).filter(|&block| self.growing.is_core(block)) {
-            let label = usize::from(self.relabelled[usize::from(self.block_labels[block])]);
+        for block in 0..self.grid.len() {
+            let label = usize::from(self.core_label(block));
             if let Some(Some(bend)) = label.checked_sub(1).and_then(|label| self.bends.get_mut(label)) {
                 let (moments, centroid) = (&self.moments[block], self.moments[block].centroid());
                 bend.add(centroid, moments.weight / self.tolerance.variance(centroid[2]));
             }
         }
+    }
+
+    /// The label of a block that is whole in a plane, after merges; 0 for other blocks.
+    fn core_label(&self, block: usize) -> u16 {
+        if self.growing.is_core(block) { self.relabelled[usize::from(self.block_labels[block])] } else { 0 }
+    }
+
+    /// Adds to the bend of each plane the blocks around it that continue it.
+    fn add_surroundings(&mut self, camera: &PinholeCamera) {
+        self.find_surroundings();
+        // Their extent at depth 1.
+        let extent = (SURROUNDINGS * self.grid.side) as f64 / camera.fx().abs();
+        for &(label, block) in &self.surroundings {
+            let (Some(bend), Some(fit)) = (&mut self.bends[usize::from(label) - 1], &self.fits[block]) else {
+                continue;
+            };
+            let z = fit.centroid[2];
+            if bend.is_continued_by(fit, extent * z) {
+                bend.add(fit.centroid, self.moments[block].weight / self.tolerance.variance(z));
+            }
+        }
+    }
+
+    /// Lists the flat blocks that are at most [`SURROUNDINGS`] blocks beside, above or below a plane.
+    fn find_surroundings(&mut self) {
+        self.surroundings.clear();
+        for block in 0..self.grid.len() {
+            let label = self.core_label(block);
+            if label == 0 {
+                continue;
+            }
+            for direction in 0..4 {
+                let steps = std::iter::successors(Some(block), |&from| self.grid.neighbors(from)[direction]);
+                for other in steps.skip(1).take(SURROUNDINGS) {
+                    if self.core_label(other) != label && self.fits[other].is_some() {
+                        self.surroundings.push((label, other));
+                    }
+                }
+            }
+        }
+        self.surroundings.sort_unstable();
+        self.surroundings.dedup();
     }
 
     /// Keeps the planes with enough support that are not bent, largest first, and writes the final labels.
@@ -389,8 +438,7 @@ impl PlaneExtractor {
             let Some(fit) = moments.fit() else { continue };
             let noise = self.seeds[usize::from(label) - 1].noise_mse;
             let width = width(&moments);
-            let is_round =
-                self.bends[usize::from(label) - 1].as_ref().is_some_and(|bend| bend.is_round(width));
+            let is_round = self.bends[usize::from(label) - 1].as_ref().is_some_and(Bend::is_round);
             if is_round || self.tolerance.is_bent(width, noise, &fit) {
                 continue;
             }
