@@ -15,7 +15,7 @@ const SEED_REACH: i64 = 4;
 const LEAST_SHARE: f32 = 0.05;
 /// Half the width, in samples, of the strip in which a plane may cut a body.
 const STRIP: i64 = 3;
-/// Number of readings that are tested against a plane before the test asks whether the rest can still be enough.
+/// Number of readings that are tested against a plane before the next look at whether the rest can be enough.
 const TESTED: usize = 32;
 /// Accuracy of a plane fitted to many readings, and evenness of floors and walls, metres.
 const EVENNESS: f64 = 0.004;
@@ -59,7 +59,8 @@ impl CameraPlane {
         self.plane.signed_distance(point).abs() <= tolerance
     }
 
-    /// How many readings lie on the plane, if they are more than `most`.
+    /// How many readings lie on the plane, if they are more than `most`. Ends as soon as they cannot be: most
+    /// planes that are tried are no better than one before.
     fn count_above(&self, most: usize, points: &[Point]) -> Option<usize> {
         let (mut count, mut left) = (0, points.len());
         for some in points.chunks(TESTED) {
