@@ -52,12 +52,13 @@ impl Lattice {
     /// The indices of the cells that hold many coordinates; [`OUTSIDE`] or more outside the map and for NaN.
     #[inline]
     pub(crate) fn indices(&self, coordinates: &[f32], indices: &mut [u32]) {
+        // Some place outside the map whose index has room in 32 bits.
+        let far = (1e6 * self.resolution) as f32;
         for (index, &coordinate) in indices.iter_mut().zip(coordinates) {
-            let scaled = self.factor * f64::from(coordinate);
             // NaN fails the first comparison.
-            let low = if scaled > -1e6 { scaled } else { -1e6 };
-            let scaled = if low < 1e6 { low } else { 1e6 };
-            *index = (floor_bits(scaled) as u32).wrapping_add(CENTER as u32);
+            let low = if coordinate > -far { coordinate } else { -far };
+            let coordinate = if low < far { low } else { far };
+            *index = (floor_bits(self.factor * f64::from(coordinate)) as u32).wrapping_add(CENTER as u32);
         }
     }
 
@@ -103,9 +104,8 @@ const MAGIC: f64 = 3.0 * (1_u64 << 51) as f64;
 /// The bits of [`MAGIC`] plus the largest integer that is not above a number.
 #[inline]
 fn floor_bits(number: f64) -> u64 {
-    let nearest = (number + MAGIC) - MAGIC;
-    let floor = nearest - if nearest > number { 1.0 } else { 0.0 };
-    (floor + MAGIC).to_bits()
+    let nearest = number + MAGIC;
+    nearest.to_bits().wrapping_sub(u64::from(nearest - MAGIC > number))
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ const SEED_REACH: i64 = 4;
 const LEAST_SHARE: f32 = 0.05;
 /// Half the width, in samples, of the strip in which a plane may cut a body.
 const STRIP: i64 = 3;
+/// Number of readings that are tested against a plane before the next look at whether the rest can be enough.
+const TESTED: usize = 32;
 /// Accuracy of a plane fitted to many readings, and evenness of floors and walls, metres.
 const EVENNESS: f64 = 0.004;
 
@@ -34,6 +36,8 @@ pub(crate) struct Background {
     /// For each cell of the grid: 1 + the index of the plane that its sample lies on and is joined to, or 0.
     cells: Vec<u8>,
     columns: usize,
+    /// The samples outside the box that no plane holds yet, and those to which a plane is fitted.
+    free: Vec<Point>,
     points: Vec<Point>,
     front: Vec<usize>,
 }
@@ -53,6 +57,20 @@ impl CameraPlane {
         let slope = steepness(self.plane.normal(), point);
         let tolerance = slope * self.sensor.tolerance(point[2] as f32, EVENNESS / slope);
         self.plane.signed_distance(point).abs() <= tolerance
+    }
+
+    /// How many readings lie on the plane, if they are more than `most`. Ends as soon as they cannot be: most
+    /// planes that are tried are no better than one before.
+    fn count_above(&self, most: usize, points: &[Point]) -> Option<usize> {
+        let (mut count, mut left) = (0, points.len());
+        for some in points.chunks(TESTED) {
+            count += some.iter().filter(|point| self.holds(point.map(f64::from))).count();
+            left -= some.len();
+            if count + left <= most {
+                return None;
+            }
+        }
+        (count > most).then_some(count)
     }
 }
 
@@ -140,6 +158,9 @@ impl Background {
         let step = (outside / SEEDS).max(1);
         let seeds = grid.samples.iter().filter(|sample| !sample.is_in_box).step_by(step);
         let mut points = std::mem::take(&mut self.points);
+        let mut free = std::mem::take(&mut self.free);
+        free.clear();
+        free.extend(self.free_outside(grid).map(|sample| sample.point));
         let mut best = None;
         let mut most = least;
         for seed in seeds.filter(|seed| !self.has_cell(seed.column, seed.row)) {
@@ -151,14 +172,14 @@ impl Background {
                 }
             }
             let Some(plane) = fitted(&points, camera, sensor) else { continue };
-            let count = self.free_outside(grid, &plane).count();
-            if count > most {
+            if let Some(count) = plane.count_above(most, &free) {
                 (most, best) = (count, Some(plane));
             }
         }
+        let is_on_best = |point: &Point| best.is_some_and(|rough| rough.holds(point.map(f64::from)));
         points.clear();
-        points.extend(best.iter().flat_map(|rough| self.free_outside(grid, rough)).map(|s| s.point));
-        self.points = points;
+        points.extend(free.iter().filter(|point| is_on_best(point)));
+        (self.points, self.free) = (points, free);
         fitted(&self.points, camera, sensor).filter(|plane| self.goes_on(grid, plane))
     }
 
@@ -169,21 +190,16 @@ impl Background {
         let is_at_end =
             |s: &GridSample| s.column == 0 || s.column == last_column || s.row == 0 || s.row == last_row;
         let (mut count, mut at_end) = (0_u32, 0_u32);
-        for sample in self.free_outside(grid, plane) {
+        for sample in self.free_outside(grid).filter(|sample| plane.holds(sample.point.map(f64::from))) {
             count += 1;
             at_end += u32::from(is_at_end(sample));
         }
         f64::from(at_end) >= f64::from(count).sqrt()
     }
 
-    /// Samples outside the box that lie on a plane and on no earlier one.
-    fn free_outside<'a>(
-        &'a self,
-        grid: &'a SampleGrid,
-        plane: &'a CameraPlane,
-    ) -> impl Iterator<Item = &'a GridSample> + 'a {
-        let free = grid.samples.iter().filter(|s| !s.is_in_box && !self.has_cell(s.column, s.row));
-        free.filter(|s| plane.holds(s.point.map(f64::from)))
+    /// Samples outside the box that no plane holds yet.
+    fn free_outside<'a>(&'a self, grid: &'a SampleGrid) -> impl Iterator<Item = &'a GridSample> + 'a {
+        grid.samples.iter().filter(|s| !s.is_in_box && !self.has_cell(s.column, s.row))
     }
 
     /// Marks the newest plane's samples: those outside the box, pieces of the plane in it that are wider than

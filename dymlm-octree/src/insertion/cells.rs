@@ -120,11 +120,10 @@ impl CellList<'_> {
     }
 
     /// The common case of one ray per cell. Neighbouring pixels mostly share a cell: only changes are added.
-    fn add_changes(&mut self, row: &Row) {
-        for (i, &change) in row.changes.iter().enumerate() {
-            if change != 0 && row.indices[0][i] != NO_READING {
-                self.add_key(row.cell(i).map(|index| index as u16), row.is_cut[i] != 0);
-            }
+    fn add_changes(&mut self, row: &mut Row) {
+        row.list_changed();
+        for column in row.changed.iter().map(|&column| column as usize) {
+            self.add_key(row.cell(column).map(|index| index as u16), row.is_cut[column] != 0);
         }
     }
 

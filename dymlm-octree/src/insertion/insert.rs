@@ -166,13 +166,13 @@ impl Octree {
         let per_cell = self.config().rays == RayMode::PerCell;
         let range = self.config().max_range;
         for (i, &key) in scratch.hits.keys.iter().enumerate() {
+            // Most readings are in a cell that has its ray already.
+            if per_cell && marks.is_hit(key) {
+                continue;
+            }
             let end = if per_cell { self.lattice.center_f32(key) } else { scratch.hits.points[i] };
             if origin.distance(end) <= range {
-                if marks.hit(key) {
-                    report.hit_cells += 1;
-                } else if per_cell {
-                    continue;
-                }
+                report.hit_cells += usize::from(marks.hit(key));
                 origin.pass_to(end, key, marks);
                 report.rays += 1;
             } else if !per_cell || scratch.far.insert(pack(key)) {

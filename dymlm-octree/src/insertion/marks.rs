@@ -9,6 +9,9 @@ pub(crate) trait Marks {
     /// Marks a cell as hit; `true` when it was not marked before.
     fn hit(&mut self, key: Key) -> bool;
 
+    /// Whether a cell is marked as hit.
+    fn is_hit(&self, key: Key) -> bool;
+
     /// A cursor at a cell, for a ray that goes upwards or downwards along each axis.
     fn cursor(&self, key: Key, up: [bool; 3]) -> Self::Cursor;
 

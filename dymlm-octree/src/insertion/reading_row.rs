@@ -17,8 +17,10 @@ pub(crate) struct Row {
     pub(super) world: [Vec<f32>; 3],
     /// Cells of the points; x is [`NO_READING`] where there is no reading.
     pub(super) indices: [Vec<u32>; 3],
-    /// Not 0 where the cell differs from the one before, or `is_cut` does.
-    pub(super) changes: Vec<u32>,
+    /// Not 0 where a reading's cell differs from the one before, or `is_cut` does.
+    changes: Vec<u32>,
+    /// The columns of these readings, in order.
+    pub(super) changed: Vec<u32>,
     /// 1 where the reading is beyond the sensor's range, and the point was set to the end of the range on its
     /// ray; else 0.
     pub(super) is_cut: Vec<u32>,
@@ -123,31 +125,40 @@ impl Row {
 
     /// Fills `changes`.
     pub(super) fn compare_neighbors(&mut self) -> RowSummary {
-        let [x, y, z] = &self.indices;
-        let mut readings = 0;
-        let mut outside = 0;
+        let count = self.changes.len();
+        let [x, y, z] = self.indices.each_ref().map(|indices| &indices[..count]);
+        let (is_cut, changes) = (&self.is_cut[..count], &mut self.changes[..count]);
+        let (mut readings, mut outside) = (0, 0);
         for ((&x, &y), &z) in x.iter().zip(y).zip(z) {
             let reading = u32::from(x != NO_READING);
             readings += reading;
             outside |= reading & u32::from((x | y | z) >= OUTSIDE);
         }
-        for (axis, indices) in self.indices.iter().enumerate() {
-            let pairs = indices.iter().zip(indices.iter().skip(1));
-            for (change, (&before, &here)) in self.changes.iter_mut().skip(1).zip(pairs) {
-                let difference = before ^ here;
-                *change = if axis == 0 { difference } else { *change | difference };
-            }
+        for i in 1..count {
+            let differences =
+                (x[i] ^ x[i - 1]) | (y[i] ^ y[i - 1]) | (z[i] ^ z[i - 1]) | (is_cut[i] ^ is_cut[i - 1]);
+            changes[i] = if x[i] == NO_READING { 0 } else { differences };
         }
-        for (change, pair) in self.changes.iter_mut().skip(1).zip(self.is_cut.windows(2)) {
-            *change |= pair[0] ^ pair[1];
-        }
-        if let Some(first) = self.changes.first_mut() {
-            *first = 1;
+        if let Some(first) = changes.first_mut() {
+            *first = u32::from(x[0] != NO_READING);
         }
         RowSummary { readings: readings as usize, some_outside: outside != 0 }
     }
 
+    /// Fills `changed`.
+    pub(super) fn list_changed(&mut self) {
+        let mut count = 0;
+        self.changed.resize(self.changes.len(), 0);
+        // Changes come irregularly: the processor would often guess a branch wrongly. So every column is
+        // noted, and the next one overwrites it where nothing changes.
+        for (column, &change) in self.changes.iter().enumerate() {
+            self.changed[count] = column as u32;
+            count += usize::from(change != 0);
+        }
+        self.changed.truncate(count);
+    }
+
     pub(crate) fn memory_bytes(&self) -> usize {
-        size_of::<f32>() * (3 * self.rays[0].capacity() + 8 * self.changes.capacity())
+        size_of::<f32>() * (3 * self.rays[0].capacity() + 9 * self.changes.capacity())
     }
 }

@@ -3,7 +3,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use super::marks::Marks;
 use crate::lattice::{Key, pack};
-use crate::storage::{Bits, entry_of};
+use crate::storage::{Bits, entry_of, has};
 
 /// A multiplicative hash for keys that are one integer.
 #[derive(Debug, Clone, Copy, Default)]
@@ -97,6 +97,12 @@ impl Marks for SparseMarks {
         let new = *word & bit == 0;
         *word |= bit;
         new
+    }
+
+    #[inline]
+    fn is_hit(&self, key: Key) -> bool {
+        let slot = self.slots.get(&pack(key.map(|index| index & !7)));
+        slot.is_some_and(|&slot| has(&self.blocks[slot as usize].hit, entry_of(key, 0)))
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 use super::marks::Marks;
 use crate::lattice::Key;
-use crate::storage::Bits;
+use crate::storage::{Bits, has};
 
 /// Largest window, in bits. 16 MB: 512 cells along each axis, 25 m at 5 cm.
 const MAX_BITS: u64 = 1 << 27;
@@ -123,6 +123,18 @@ impl Marks for WindowMarks {
         let new = *word & bit == 0;
         *word |= bit;
         new
+    }
+
+    #[inline]
+    fn is_hit(&self, key: Key) -> bool {
+        // A cell outside the window, beyond the range, gets an address that no cell has.
+        let address_along = |axis: usize| {
+            let index = (i32::from(key[axis]) - self.base[axis]) as usize;
+            self.addresses[axis].get(index).copied().unwrap_or(u32::MAX)
+        };
+        let address = (address_along(0) | address_along(1) | address_along(2)) as usize;
+        let slot = self.hit_slots.get(address / 512).map_or(0, |&slot| slot as usize);
+        slot > 0 && has(&self.hit[slot - 1], address % 512)
     }
 
     #[inline]
