@@ -21,8 +21,8 @@ const COS_CONTINUED: f64 = 0.866_025;
 /// Tangent of half that angle.
 const RISE: f64 = 0.267_949;
 
-/// The bend of a plane: sums for the quadratic surface through the centroids of its blocks, and of the blocks
-/// around it that continue it.
+/// The bend of a plane: sums for the quadratic surface through the centroids of its blocks, or of these and the
+/// blocks around it that continue it.
 ///
 /// A strip of a round thing that is narrow or far away is as flat as the sensor's noise. But its misfit is
 /// systematic, whereas noise, disparity steps included, is not: over some hundred blocks a curve shows that

@@ -73,8 +73,9 @@ pub(in crate::detector) struct PlaneExtractor {
     meetings: Vec<Meeting>,
     /// Final label of each label.
     relabelled: Vec<u16>,
-    /// The bend of each label's plane.
+    /// The bend of each label's plane, and its bend with the blocks around it.
     bends: Vec<Option<Bend>>,
+    wider_bends: Vec<Option<Bend>>,
     /// Pairs of a label and a block near its plane that is not part of it.
     surroundings: Vec<(u16, usize)>,
     extraction: Extraction,
@@ -109,6 +110,7 @@ impl PlaneExtractor {
             meetings: Vec::new(),
             relabelled: Vec::new(),
             bends: Vec::new(),
+            wider_bends: Vec::new(),
             surroundings: Vec::new(),
             extraction: Extraction::default(),
         }
@@ -145,7 +147,7 @@ impl PlaneExtractor {
         self.sum_planes();
         self.merge_planes();
         self.measure_bends();
-        self.add_surroundings(camera);
+        self.measure_wider_bends(camera);
         self.write_planes();
         Ok(())
     }
@@ -388,12 +390,14 @@ impl PlaneExtractor {
     }
 
     /// Adds to the bend of each plane the blocks around it that continue it.
-    fn add_surroundings(&mut self, camera: &PinholeCamera) {
+    fn measure_wider_bends(&mut self, camera: &PinholeCamera) {
+        self.wider_bends.clone_from(&self.bends);
         self.find_surroundings();
         // Their extent at depth 1.
         let extent = (SURROUNDINGS * self.grid.side) as f64 / camera.fx().abs();
         for &(label, block) in &self.surroundings {
-            let (Some(bend), Some(fit)) = (&mut self.bends[usize::from(label) - 1], &self.fits[block]) else {
+            let (Some(bend), Some(fit)) = (&mut self.wider_bends[usize::from(label) - 1], &self.fits[block])
+            else {
                 continue;
             };
             let z = fit.centroid[2];
@@ -438,7 +442,10 @@ impl PlaneExtractor {
             let Some(fit) = moments.fit() else { continue };
             let noise = self.seeds[usize::from(label) - 1].noise_mse;
             let width = width(&moments);
-            let is_round = self.bends[usize::from(label) - 1].as_ref().is_some_and(Bend::is_round);
+            // What lies around a plane may blur its own bend.
+            let is_round = [&self.bends, &self.wider_bends]
+                .into_iter()
+                .any(|bends| bends[usize::from(label) - 1].as_ref().is_some_and(Bend::is_round));
             if is_round || self.tolerance.is_bent(width, noise, &fit) {
                 continue;
             }
