@@ -348,22 +348,10 @@ impl<B: Block> BlockStore<B> {
         own.map(|slot| &self.blocks[slot])
     }
 
-    /// Keys of the blocks that an earlier state of the store did not have, or had with other contents.
+    /// Slots by key.
     #[cfg(feature = "state")]
-    pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
-        let own = self.blocks.unshared(&earlier.blocks).map(|slot| (self.keys[slot], &self.blocks[slot]));
-        let is_same = |key: BlockKey, block: &Paged<B>| {
-            let before = earlier.slot(key).and_then(|slot| earlier.blocks.get(slot));
-            before.is_some_and(|before| before.is_same(block))
-        };
-        own.filter(move |(key, block)| !is_same(*key, block)).map(|(key, _)| key)
-    }
-
-    /// Keys of the blocks that a later state of the store no longer has.
-    #[cfg(feature = "state")]
-    pub(crate) fn gone_from<'a>(&'a self, later: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
-        let own = self.keys.unshared(&later.keys).map(|slot| self.keys[slot]);
-        own.filter(|key| later.slot(*key).is_none())
+    pub(crate) fn index(&self) -> &SlotIndex {
+        &self.index
     }
 
     /// Puts a block where there is none, or in place of another.

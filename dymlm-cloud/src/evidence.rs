@@ -112,18 +112,6 @@ impl Evidence {
         self.blocks.stamps_mut().note(slot, revision);
     }
 
-    /// Blocks whose last change is another than the one that an earlier state knew.
-    #[cfg(feature = "state")]
-    pub(crate) fn noted_since(&self, earlier: &Self) -> Vec<BlockKey> {
-        let (stamps, before) = (self.blocks.stamps(), earlier.blocks.stamps());
-        let slots = stamps.unshared(before);
-        let keys = slots.filter_map(|slot| Some((*self.blocks.keys().get(slot)?, stamps.of(slot))));
-        let is_new = |key: BlockKey, revision: u32| {
-            earlier.blocks.slot(key).is_none_or(|slot| before.of(slot) != revision)
-        };
-        keys.filter(|(key, revision)| is_new(*key, *revision)).map(|(key, _)| key).collect()
-    }
-
     /// Notes that the current frame has read a surface in `voxel`.
     #[inline]
     pub(crate) fn read(&mut self, voxel: [i32; 3]) {
