@@ -172,6 +172,11 @@ impl CellCounts {
         }
     }
 
+    /// Whether a clone has the same counts in the same memory.
+    pub(crate) fn is_shared_with(&self, other: &Self) -> bool {
+        matches!((self, other), (Self::Packed(own), Self::Packed(other)) if Arc::ptr_eq(own, other))
+    }
+
     /// Bytes that the counts own.
     pub(crate) fn memory_bytes(&self) -> usize {
         match self {

@@ -1,5 +1,6 @@
 use dymlm_cloud::CloudPager;
 
+use crate::session_log::SessionLog;
 use crate::snapshots::Snapshots;
 use crate::{Error, MemoryConfig, MultiLevelMap};
 
@@ -8,14 +9,16 @@ use crate::{Error, MemoryConfig, MultiLevelMap};
 pub(crate) struct MapPager {
     /// The pager and the budget, bytes.
     pager: Option<(CloudPager, usize)>,
+    /// Bytes that snapshots took when they were counted last.
+    snapshots: usize,
 }
 
 impl MapPager {
     pub(crate) fn new(config: &MemoryConfig) -> Result<Self, Error> {
-        let Some(budget) = config.budget else { return Ok(Self { pager: None }) };
+        let Some(budget) = config.budget else { return Ok(Self { pager: None, snapshots: 0 }) };
         let folder = config.path.clone().unwrap_or_else(std::env::temp_dir);
         let pager = CloudPager::new(&folder).map_err(Error::Paging)?;
-        Ok(Self { pager: Some((pager, budget)) })
+        Ok(Self { pager: Some((pager, budget)), snapshots: 0 })
     }
 
     /// Must be called once a frame. What is paged out of the maps is paged out of their snapshots as well.
@@ -24,19 +27,20 @@ impl MapPager {
         map: &mut MultiLevelMap,
         snapshots: &mut Snapshots,
     ) -> Result<(), Error> {
-        let Some((pager, budget)) = &mut self.pager else { return Ok(()) };
+        let Self { pager: Some((pager, budget)), snapshots: earlier } = self else { return Ok(()) };
         let MultiLevelMap { cloud, octree, planes, objects, past, .. } = map;
         let mut has_counted = false;
         let budget = || {
             has_counted = true;
-            let history = past.log.as_ref().map_or(0, |log| log.history.memory_bytes());
+            let history = past.log.as_ref().map_or(0, SessionLog::memory_bytes);
             let others =
                 octree.memory_bytes() + planes.memory_bytes() + objects.map().memory_bytes() + history;
-            budget.saturating_sub(others)
+            budget.saturating_sub(others + *earlier)
         };
         pager.page_out(cloud, budget).map_err(Error::Paging)?;
         if has_counted {
             snapshots.page_out_like(map);
+            *earlier = snapshots.memory_bytes(map);
         }
         Ok(())
     }

@@ -116,10 +116,16 @@ impl<B: Block> Paged<B> {
         }
     }
 
-    /// Bytes of memory besides this struct, with those that the block owns, which `owned` gives.
-    pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
-        let counts = 2 * size_of::<usize>();
-        self.in_memory().map_or(0, |block| counts + size_of::<B>() + owned(block))
+    /// Bytes of memory besides this struct that another block does not share, with those that the block owns,
+    /// which `owned` gives for it beside the other.
+    pub(crate) fn memory_bytes_beside(
+        &self,
+        other: Option<&Self>,
+        owned: impl Fn(&B, Option<&B>) -> usize,
+    ) -> usize {
+        let (counts, other) = (2 * size_of::<usize>(), other.and_then(Self::in_memory));
+        let own = self.in_memory().filter(|block| other.is_none_or(|other| !std::ptr::eq(*block, other)));
+        own.map_or(0, |block| counts + size_of::<B>() + owned(block, other))
     }
 }
 

@@ -45,9 +45,9 @@ impl<B: Block> SavedBlocks<B> {
     /// Approximate bytes, with those of blocks that have changed since and are kept for their versions.
     pub(super) fn memory_bytes(&self) -> usize {
         let version = size_of::<Version<B>>() + size_of::<B>() + 2 * size_of::<usize>();
-        self.index.memory_bytes()
+        self.index.memory_bytes_beside(&SlotIndex::default())
             + self.keys.memory_bytes()
             + self.versions.len() * version
-            + self.stamps.memory_bytes()
+            + self.stamps.memory_bytes_beside(&Stamps::default())
     }
 }
