@@ -40,7 +40,7 @@ fn what_is_kept_for_corrections_and_readers_is_counted() {
     let frames: Vec<SimulatedFrame> = sequence(120).frames().step_by(4).collect();
     let mut config = config();
     config.history = HistoryConfig::Folder(std::env::temp_dir());
-    config.publish_interval = 1e9;
+    config.publish_interval = 60.0;
     let mut builder = MapBuilder::new(config).unwrap();
     insert_all(&mut builder, &frames[..20]);
     let memory = builder.memory();
