@@ -4,7 +4,9 @@ use crate::{MapBuilder, MultiLevelMap};
 /// Approximate bytes of memory that each map and the history take: with what queries and output cache,
 /// without the builder's buffers and what is [paged out](crate::MemoryConfig).
 ///
-/// The allocator adds some 10 to 20 %, and seldom gives back to the system what was free meanwhile.
+/// The allocator adds a tenth to a fifth, and seldom gives back to the system what has become free. That of Linux
+/// keeps such memory for each thread: with `MALLOC_ARENA_MAX=1` in the environment, an hour of mapping with
+/// corrections and feature `parallel` ended with 165 MB resident instead of 278, no slower.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -1,7 +1,7 @@
 use dymlm_core::Pages;
 
 use crate::block_store::{BlockKey, BlockStore};
-use crate::paging::{Block, Version};
+use crate::paging::{Block, Paged, Version};
 use crate::slot_index::SlotIndex;
 use crate::stamps::Stamps;
 
@@ -20,7 +20,7 @@ impl<B: Block> SavedBlocks<B> {
         Self {
             index: store.index().clone(),
             keys: store.keys().clone(),
-            versions: store.blocks().iter().map(|block| block.version()).collect(),
+            versions: store.blocks().iter().map(Paged::version).collect(),
             stamps: store.stamps().clone(),
         }
     }
