@@ -340,30 +340,10 @@ impl<B: Block> BlockStore<B> {
         Some(Retained { stays, around })
     }
 
-    /// The blocks that a clone does not have, or that were changed since.
-    pub(crate) fn unshared<'a>(&'a self, clone: &'a Self) -> impl Iterator<Item = &'a Paged<B>> {
-        let is_shared =
-            |slot: &usize| clone.blocks.get(*slot).is_some_and(|theirs| self.blocks[*slot].is_same(theirs));
-        let own = self.blocks.unshared(&clone.blocks).filter(move |slot| !is_shared(slot));
-        own.map(|slot| &self.blocks[slot])
-    }
-
-    /// Keys of the blocks that an earlier state of the store did not have, or had with other contents.
+    /// Slots by key.
     #[cfg(feature = "state")]
-    pub(crate) fn changed_since<'a>(&'a self, earlier: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
-        let own = self.blocks.unshared(&earlier.blocks).map(|slot| (self.keys[slot], &self.blocks[slot]));
-        let is_same = |key: BlockKey, block: &Paged<B>| {
-            let before = earlier.slot(key).and_then(|slot| earlier.blocks.get(slot));
-            before.is_some_and(|before| before.is_same(block))
-        };
-        own.filter(move |(key, block)| !is_same(*key, block)).map(|(key, _)| key)
-    }
-
-    /// Keys of the blocks that a later state of the store no longer has.
-    #[cfg(feature = "state")]
-    pub(crate) fn gone_from<'a>(&'a self, later: &'a Self) -> impl Iterator<Item = BlockKey> + 'a {
-        let own = self.keys.unshared(&later.keys).map(|slot| self.keys[slot]);
-        own.filter(|key| later.slot(*key).is_none())
+    pub(crate) fn index(&self) -> &SlotIndex {
+        &self.index
     }
 
     /// Puts a block where there is none, or in place of another.
@@ -374,15 +354,24 @@ impl<B: Block> BlockStore<B> {
         slot
     }
 
-    /// Bytes of memory, with those that each block owns, which `owned` gives.
-    pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
-        let blocks: usize = self.blocks.iter().map(|block| block.memory_bytes(&owned)).sum();
-        self.index.memory_bytes()
-            + self.keys.memory_bytes()
-            + self.blocks.memory_bytes()
-            + self.stamps.memory_bytes()
-            + blocks
+    /// Bytes of memory that another state of the store does not share; `owned` gives those that a block owns
+    /// beside the other state's block.
+    pub(crate) fn memory_bytes_beside(&self, other: &Self, owned: impl Fn(&B, Option<&B>) -> usize) -> usize {
+        self.index.memory_bytes_beside(&other.index)
+            + self.keys.memory_bytes_beside(&other.keys)
+            + self.stamps.memory_bytes_beside(&other.stamps)
+            + memory_bytes_beside(&self.blocks, &other.blocks, owned)
     }
+}
+
+/// Bytes that blocks take which another state of their list does not share.
+pub(crate) fn memory_bytes_beside<B: Block>(
+    blocks: &Pages<Paged<B>>,
+    other: &Pages<Paged<B>>,
+    owned: impl Fn(&B, Option<&B>) -> usize,
+) -> usize {
+    let own = blocks.unshared(other).map(|slot| blocks[slot].memory_bytes_beside(other.get(slot), &owned));
+    blocks.memory_bytes_beside(other) + own.sum::<usize>()
 }
 
 /// Frees the memory of blocks that another state of a list has paged out.

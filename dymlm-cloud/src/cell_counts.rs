@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, union, without};
 use crate::finding::{Counts, FINDINGS, Finding};
 use crate::packed_counts::PackedCounts;
@@ -7,14 +9,15 @@ use crate::support::Support;
 /// For each cell of a block, the number of frames by what they found there. Either all cells have counts, or
 /// none as long as no cell differs from the others. Arithmetic wraps.
 ///
-/// Most counts of seconds fit into a byte. Counts that no longer grow are [packed](Self::pack).
+/// Most counts of seconds fit into a byte. Counts that no longer grow are [packed](Self::pack), and clones share
+/// them.
 #[derive(Debug, Clone, Default)]
 pub(crate) enum CellCounts {
     #[default]
     None,
     Narrow(Box<Cells<u8>>),
     Wide(Box<Cells<u32>>),
-    Packed(Box<PackedCounts>),
+    Packed(Arc<PackedCounts>),
 }
 
 #[derive(Debug, Clone)]
@@ -71,7 +74,7 @@ impl CellCounts {
     /// Packs the counts into less memory, until one changes.
     pub(crate) fn pack(&mut self) {
         if matches!(self, Self::Narrow(_) | Self::Wide(_)) {
-            *self = Self::Packed(Box::new(PackedCounts::new(&self.all())));
+            *self = Self::Packed(Arc::new(PackedCounts::new(&self.all())));
         }
     }
 
@@ -157,7 +160,7 @@ impl CellCounts {
         for (sum, counts) in sums.iter_mut().zip(other.all()) {
             *sum = std::array::from_fn(|finding| sum[finding].wrapping_add(counts[finding]));
         }
-        *self = Self::Packed(Box::new(PackedCounts::new(&sums)));
+        *self = Self::Packed(Arc::new(PackedCounts::new(&sums)));
     }
 
     /// Sets a count of a cell to zero, if there are counts.
@@ -169,13 +172,18 @@ impl CellCounts {
         }
     }
 
+    /// Whether a clone has the same counts in the same memory.
+    pub(crate) fn is_shared_with(&self, other: &Self) -> bool {
+        matches!((self, other), (Self::Packed(own), Self::Packed(other)) if Arc::ptr_eq(own, other))
+    }
+
     /// Bytes that the counts own.
     pub(crate) fn memory_bytes(&self) -> usize {
         match self {
             Self::None => 0,
             Self::Narrow(_) => size_of::<Cells<u8>>(),
             Self::Wide(_) => size_of::<Cells<u32>>(),
-            Self::Packed(cells) => size_of::<PackedCounts>() + cells.memory_bytes(),
+            Self::Packed(cells) => 2 * size_of::<usize>() + size_of::<PackedCounts>() + cells.memory_bytes(),
         }
     }
 }

@@ -317,21 +317,22 @@ impl CloudMap {
 
     /// Approximate bytes that the map holds.
     pub fn memory_bytes(&self) -> usize {
-        self.voxels.memory_bytes(VoxelBlock::memory_bytes)
-            + self.evidence.memory_bytes()
-            + self.kept.memory_bytes()
-            + self.scratch.memory_bytes()
+        self.own_bytes(None)
     }
 
-    /// Approximate bytes that the map does not share with a clone, without what queries cache. All bytes for
-    /// a map that is no clone.
-    pub fn memory_bytes_beside(&self, clone: &Self) -> usize {
-        if !self.is_clone_of(clone) {
-            return self.memory_bytes();
-        }
-        let voxels = self.voxels.unshared(&clone.voxels);
-        let voxels: usize = voxels.map(|block| block.memory_bytes(VoxelBlock::memory_bytes)).sum();
-        voxels + self.evidence.memory_bytes_beside(&clone.evidence) + self.scratch.memory_bytes()
+    /// Approximate bytes that the map does not share with another state of it. O(blocks that they do not share
+    /// + blocks / 64).
+    pub fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.own_bytes(Some(other))
+    }
+
+    fn own_bytes(&self, other: Option<&Self>) -> usize {
+        let none = BlockStore::default();
+        let voxels = other.map_or(&none, |other| &other.voxels);
+        self.voxels.memory_bytes_beside(voxels, |block, _| block.memory_bytes())
+            + self.evidence.memory_bytes_beside(other.map(|other| &other.evidence))
+            + self.kept.memory_bytes_beside(other.map(|other| &other.kept))
+            + self.scratch.memory_bytes()
     }
 
     /// Checks everything that can be wrong with a frame, before anything changes.

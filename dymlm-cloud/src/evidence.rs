@@ -112,18 +112,6 @@ impl Evidence {
         self.blocks.stamps_mut().note(slot, revision);
     }
 
-    /// Blocks whose last change is another than the one that an earlier state knew.
-    #[cfg(feature = "state")]
-    pub(crate) fn noted_since(&self, earlier: &Self) -> Vec<BlockKey> {
-        let (stamps, before) = (self.blocks.stamps(), earlier.blocks.stamps());
-        let slots = stamps.unshared(before);
-        let keys = slots.filter_map(|slot| Some((*self.blocks.keys().get(slot)?, stamps.of(slot))));
-        let is_new = |key: BlockKey, revision: u32| {
-            earlier.blocks.slot(key).is_none_or(|slot| before.of(slot) != revision)
-        };
-        keys.filter(|(key, revision)| is_new(*key, *revision)).map(|(key, _)| key).collect()
-    }
-
     /// Notes that the current frame has read a surface in `voxel`.
     #[inline]
     pub(crate) fn read(&mut self, voxel: [i32; 3]) {
@@ -339,8 +327,10 @@ impl Evidence {
         Some(retained)
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.blocks.memory_bytes(EvidenceBlock::memory_bytes)
+    /// Bytes that another state of the evidence does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        let (none, owned) = (BlockStore::default(), EvidenceBlock::memory_bytes_beside);
+        self.blocks.memory_bytes_beside(other.map_or(&none, |other| &other.blocks), owned)
     }
 
     /// The block of a slot, to page it out.
@@ -351,12 +341,6 @@ impl Evidence {
     /// Frees the memory of blocks that a clone has paged out.
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         self.blocks.page_out_like(&other.blocks);
-    }
-
-    /// Bytes that are not shared with a clone.
-    pub(crate) fn memory_bytes_beside(&self, clone: &Self) -> usize {
-        let own = self.blocks.unshared(&clone.blocks);
-        own.map(|block| block.memory_bytes(EvidenceBlock::memory_bytes)).sum()
     }
 
     fn count_looked_through(&mut self, depth: &DepthImage, direction: Direction) {
@@ -390,7 +374,12 @@ impl EvidenceBlock {
 
     /// Bytes that the block owns.
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.epochs.memory_bytes()
+        self.memory_bytes_beside(None)
+    }
+
+    /// Bytes that the block owns and does not share with another.
+    fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        self.epochs.memory_bytes_beside(other.map(|other| &other.epochs))
     }
 
     /// Counts the cells that the current frame has read. Like the next method, returns whether a count is

@@ -58,6 +58,8 @@ pub use mover_masks::MoverMasks;
 pub use paging::CloudPager;
 pub use place_history::{PlaceHistory, PlacePeriod};
 pub use queries::{PointHit, StaticPoint, StaticPoints, SurfaceNormal};
+#[cfg(feature = "state")]
+pub use saved_state::SavedCloud;
 pub use support::Support;
 pub use verdict::Verdict;
 pub use verdicts::Verdicts;

@@ -45,10 +45,13 @@ impl SlotIndex {
         Arc::make_mut(cube)[place] = slot as u32 + 1;
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
+    /// Bytes held that another index does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: &Self) -> usize {
         let cube = size_of::<[u32; CUBE_BLOCKS]>() + 2 * size_of::<usize>();
-        self.cubes.capacity() * (size_of::<(BlockKey, Arc<[u32; CUBE_BLOCKS]>)>() + 1)
-            + self.cubes.len() * cube
+        let is_shared = |(key, cube)| other.cubes.get(key).is_some_and(|other| Arc::ptr_eq(cube, other));
+        // The sum does not depend on the order.
+        let own = self.cubes.iter().filter(|entry| !is_shared(*entry)).count();
+        self.cubes.capacity() * (size_of::<(BlockKey, Arc<[u32; CUBE_BLOCKS]>)>() + 1) + own * cube
     }
 }
 

@@ -55,8 +55,9 @@ impl Stamps {
         self.slots.iter_mut().chain(self.newest.iter_mut()).for_each(|noted| *noted = stamp);
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.slots.memory_bytes() + self.newest.memory_bytes()
+    /// Bytes held that other stamps do not share.
+    pub(crate) fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.slots.memory_bytes_beside(&other.slots) + self.newest.memory_bytes_beside(&other.newest)
     }
 }
 

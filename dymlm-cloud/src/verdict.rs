@@ -203,9 +203,15 @@ impl VerdictGrid {
         evidence.blocks().stamps().after(revision).filter(holds_ghost)
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let judged: usize = self.blocks.iter().flatten().map(|block| block.memory_bytes(|_| 0)).sum();
-        self.blocks.memory_bytes() + self.stamps.memory_bytes() + judged
+    /// Bytes that another grid does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: &Self) -> usize {
+        let own = self.blocks.unshared(&other.blocks).filter_map(|slot| {
+            let other = other.blocks.get(slot).and_then(Option::as_ref);
+            Some(self.blocks[slot].as_ref()?.memory_bytes_beside(other, |_, _| 0))
+        });
+        self.blocks.memory_bytes_beside(&other.blocks)
+            + self.stamps.memory_bytes_beside(&other.stamps)
+            + own.sum::<usize>()
     }
 
     fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {

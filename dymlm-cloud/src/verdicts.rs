@@ -196,9 +196,14 @@ impl SharedKept {
         }
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
+    /// Bytes that another cache does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        // A clone, so that no two locks are held at a time.
+        let other = other.map_or_else(Kept::default, |other| other.lock().clone());
         let kept = self.lock();
-        kept.verdicts.memory_bytes() + kept.cloud.memory_bytes()
+        let is_shared = Arc::ptr_eq(&kept.cloud, &other.cloud);
+        kept.verdicts.memory_bytes_beside(&other.verdicts)
+            + if is_shared { 0 } else { kept.cloud.memory_bytes_beside(&other.cloud) }
     }
 
     fn lock(&self) -> MutexGuard<'_, Kept> {

@@ -102,9 +102,15 @@ impl<T> Pages<T> {
 
     /// Bytes held, without what the items own.
     pub fn memory_bytes(&self) -> usize {
+        self.memory_bytes_beside(&Self::default())
+    }
+
+    /// Bytes held that another list does not share, without what the items own.
+    pub fn memory_bytes_beside(&self, other: &Self) -> usize {
         let page = size_of::<[T; PAGE]>() + 2 * size_of::<usize>();
+        let own = self.unshared_pages(other).filter(|(page, _)| *page < self.full.len()).count();
         self.full.capacity() * size_of::<Arc<[T; PAGE]>>()
-            + self.full.len() * page
+            + own * page
             + self.rest.capacity() * size_of::<T>()
     }
 }
@@ -194,6 +200,8 @@ mod tests {
         let shared: Vec<bool> = pages.full.iter().zip(&clone.full).map(|(a, b)| Arc::ptr_eq(a, b)).collect();
         assert_eq!(shared, [true, false, true]);
         assert!(pages.unshared(&clone).eq((64..128).chain(192..201)));
+        let shared = pages.memory_bytes() - pages.memory_bytes_beside(&clone);
+        assert_eq!(shared, 2 * (PAGE + 2) * size_of::<usize>());
     }
 
     #[test]

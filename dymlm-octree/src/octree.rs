@@ -217,7 +217,12 @@ impl Octree {
 
     /// Bytes of memory held, buffers included, and what is shared with clones. O(blocks).
     pub fn memory_bytes(&self) -> usize {
-        size_of::<Self>() + self.tree.memory_bytes() + self.scratch.memory_bytes()
+        size_of::<Self>() + self.tree.memory_bytes_beside(None) + self.scratch.memory_bytes()
+    }
+
+    /// Bytes of memory held that another state of the map does not share. O(blocks that they do not share).
+    pub fn memory_bytes_beside(&self, other: &Self) -> usize {
+        size_of::<Self>() + self.tree.memory_bytes_beside(Some(&other.tree)) + self.scratch.memory_bytes()
     }
 
     /// The box around all leaves; `None` for an empty map. O(leaves).

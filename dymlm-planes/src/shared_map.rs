@@ -88,9 +88,24 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         self.0.keys().filter(|key| !later.0.contains_key(key))
     }
 
-    /// Size of the map in bytes, without what its values own.
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.len() * (size_of::<(K, Arc<V>)>() + 2 * size_of::<usize>() + size_of::<V>())
+    /// Size in bytes of the map and of the values that another map does not share; `owned` gives what a value
+    /// owns beside the other map's value.
+    pub(crate) fn memory_bytes_beside(
+        &self,
+        other: Option<&Self>,
+        owned: impl Fn(&V, Option<&V>) -> usize,
+    ) -> usize {
+        let mut others = other.into_iter().flat_map(|other| &other.0).peekable();
+        let value = |(key, value): (&K, &Arc<V>)| {
+            // Both are in the order of their keys.
+            while others.next_if(|(other, _)| *other < key).is_some() {}
+            let other = others.peek().filter(|(other, _)| *other == key).map(|(_, other)| *other);
+            match other {
+                Some(other) if Arc::ptr_eq(other, value) => 0,
+                _ => 2 * size_of::<usize>() + size_of::<V>() + owned(value, other.map(Arc::as_ref)),
+            }
+        };
+        self.len() * size_of::<(K, Arc<V>)>() + self.0.iter().map(value).sum::<usize>()
     }
 }
 

@@ -306,6 +306,7 @@ pub(crate) fn memory_of(memory: MapMemory) -> BTreeMap<&'static str, usize> {
         ("objects", memory.objects),
         ("history", memory.history),
         ("snapshots", memory.snapshots),
+        ("published", memory.published),
     ])
 }
 

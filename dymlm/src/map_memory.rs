@@ -1,7 +1,12 @@
+use crate::session_log::SessionLog;
 use crate::{MapBuilder, MultiLevelMap};
 
 /// Approximate bytes of memory that each map and the history take: with what queries and output cache,
 /// without the builder's buffers and what is [paged out](crate::MemoryConfig).
+///
+/// The allocator adds a tenth to a fifth, and seldom gives back to the system what has become free. That of Linux
+/// keeps such memory for each thread: with `MALLOC_ARENA_MAX=1` in the environment, an hour of mapping with
+/// corrections and feature `parallel` ended with 165 MB resident instead of 278, no slower.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -14,36 +19,56 @@ pub struct MapMemory {
     pub planes: usize,
     /// The objects.
     pub objects: usize,
-    /// What is kept of key frames and scans.
+    /// What is kept of frames, key frames and scans.
     pub history: usize,
-    /// Earlier states of the maps, from which a correction begins: a builder has them, a map has none.
+    /// Earlier states of the maps, from which a correction begins, besides what they share with the maps: a
+    /// builder has them, a map has none.
     pub snapshots: usize,
+    /// The maps that readers see, besides what they share with the builder's.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub published: usize,
 }
 
 impl MapMemory {
     /// Bytes of all these together.
     pub fn total(&self) -> usize {
-        self.cloud + self.octree + self.planes + self.objects + self.history + self.snapshots
+        let maps = self.cloud + self.octree + self.planes + self.objects + self.history;
+        maps + self.snapshots + self.published
     }
 }
 
 impl MultiLevelMap {
-    /// How much memory each map takes, and what is kept for corrections. O(blocks + key frames).
+    /// How much memory each map takes, and what is kept for corrections. O(blocks + frames).
     pub fn memory(&self) -> MapMemory {
         MapMemory {
-            cloud: self.cloud().memory_bytes(),
-            octree: self.octree().memory_bytes(),
-            planes: self.planes().memory_bytes(),
-            objects: self.objects().memory_bytes(),
-            history: self.past.log.as_ref().map_or(0, |log| log.history.memory_bytes()),
-            snapshots: 0,
+            cloud: self.cloud.memory_bytes(),
+            octree: self.octree.memory_bytes(),
+            planes: self.planes.memory_bytes(),
+            objects: self.objects.map().memory_bytes(),
+            history: self.past.log.as_ref().map_or(0, SessionLog::memory_bytes),
+            ..MapMemory::default()
+        }
+    }
+
+    /// How much memory each map takes that another state of it does not share, without the history.
+    pub(crate) fn memory_beside(&self, other: &Self) -> MapMemory {
+        MapMemory {
+            cloud: self.cloud.memory_bytes_beside(&other.cloud),
+            octree: self.octree.memory_bytes_beside(&other.octree),
+            planes: self.planes.memory_bytes_beside(&other.planes),
+            objects: self.objects.map().memory_bytes_beside(other.objects.map()),
+            ..MapMemory::default()
         }
     }
 }
 
 impl MapBuilder {
-    /// How much memory each map takes, and what is kept for corrections. O(blocks + key frames).
+    /// How much memory each map takes, and what is kept for corrections and for readers. O(blocks + frames).
     pub fn memory(&self) -> MapMemory {
-        MapMemory { snapshots: self.snapshots.memory_bytes(&self.map), ..self.map.memory() }
+        MapMemory {
+            snapshots: self.snapshots.memory_bytes(&self.map),
+            published: self.publisher.memory_bytes(&self.map),
+            ..self.map.memory()
+        }
     }
 }

@@ -1,5 +1,6 @@
 use dymlm_cloud::CloudPager;
 
+use crate::session_log::SessionLog;
 use crate::snapshots::Snapshots;
 use crate::{Error, MemoryConfig, MultiLevelMap};
 
@@ -29,7 +30,7 @@ impl MapPager {
         let mut has_counted = false;
         let budget = || {
             has_counted = true;
-            let history = past.log.as_ref().map_or(0, |log| log.history.memory_bytes());
+            let history = past.log.as_ref().map_or(0, SessionLog::memory_bytes);
             let others =
                 octree.memory_bytes() + planes.memory_bytes() + objects.map().memory_bytes() + history;
             budget.saturating_sub(others)

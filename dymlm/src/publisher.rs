@@ -27,6 +27,11 @@ impl Publisher {
         }
     }
 
+    /// Approximate bytes that the published maps hold besides what they share with the maps.
+    pub(crate) fn memory_bytes(&self, map: &MultiLevelMap) -> usize {
+        self.reader.as_ref().map_or(0, |reader| reader.latest().memory_beside(map).total())
+    }
+
     /// Publishes the maps if anybody reads; returns whether it did. Costs a pointer for each plane, key frame
     /// and object, and for each 64 blocks of the cloud.
     pub(crate) fn publish(&self, map: &mut MultiLevelMap) -> bool {

@@ -110,7 +110,26 @@ impl InsertedFrame {
     }
 }
 
+impl SessionLog {
+    /// Approximate bytes that the log holds in memory, without the observations that are kept in a file.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        let events = event_bytes_beside(&self.events, &Pages::default());
+        self.history.memory_bytes() + self.frames.memory_bytes() + events
+    }
+}
+
+/// Approximate bytes of events that another list of events does not share.
+pub(crate) fn event_bytes_beside(events: &Pages<Event>, other: &Pages<Event>) -> usize {
+    let owned = events.unshared(other).map(|place| events[place].memory_bytes());
+    events.memory_bytes_beside(other) + owned.sum::<usize>()
+}
+
 impl Event {
+    /// Approximate bytes that the event owns.
+    fn memory_bytes(&self) -> usize {
+        self.key_frame().map_or(0, |entry| entry.seen.memory_bytes())
+    }
+
     pub(crate) fn key_frame(&self) -> Option<&KeyFrameEntry> {
         match self {
             Self::KeyFrame(entry) => Some(entry),
@@ -202,6 +221,12 @@ impl BodyMotion {
 }
 
 impl SeenThings {
+    /// Bytes that it owns.
+    fn memory_bytes(&self) -> usize {
+        self.planes.capacity() * size_of::<PlaneId>()
+            + self.objects.capacity() * size_of::<(usize, ObjectId)>()
+    }
+
     pub(crate) fn of(update: &MapUpdate) -> Self {
         Self { planes: update.planes.associations.clone(), objects: update.objects.observed.clone() }
     }

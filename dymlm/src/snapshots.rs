@@ -1,7 +1,7 @@
 use dymlm_core::Pages;
 
-use crate::session_log::Event;
-use crate::{MapMemory, MultiLevelMap};
+use crate::MultiLevelMap;
+use crate::session_log::{Event, event_bytes_beside};
 
 /// Number of key frames from one snapshot to the next.
 const INTERVAL: usize = 5;
@@ -109,14 +109,15 @@ impl Snapshots {
         self.key_frames = 0;
     }
 
-    /// Approximate bytes that snapshots hold besides what they share with the maps.
+    /// Approximate bytes that snapshots hold besides what they share with each other and with the maps.
     pub(crate) fn memory_bytes(&self, map: &MultiLevelMap) -> usize {
-        let newer = self.taken.iter().skip(1).map(|snapshot| &snapshot.map).chain([map]);
-        let bytes = |(Snapshot { map, .. }, newer): (&Snapshot, &MultiLevelMap)| {
-            let MapMemory { octree, planes, objects, .. } = map.memory();
-            map.cloud.memory_bytes_beside(&newer.cloud) + octree + planes + objects
+        let none = Pages::default();
+        let events = map.past.log.as_ref().map_or(&none, |log| &log.events);
+        let newer = self.taken.iter().skip(1).map(|snapshot| (&snapshot.map, &snapshot.events));
+        let bytes = |(Snapshot { map, events, .. }, (newer, newer_events)): (&Snapshot, (&_, &_))| {
+            map.memory_beside(newer).total() + event_bytes_beside(events, newer_events)
         };
-        self.taken.iter().zip(newer).map(bytes).sum()
+        self.taken.iter().zip(newer.chain([(map, events)])).map(bytes).sum()
     }
 }
 

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use dymlm::core::{FrameId, PinholeCamera, Pose};
 use dymlm::files::MapSaver;
-use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
+use dymlm::{HistoryConfig, MapBuilder, MapConfig, MapMemory, MultiLevelMap};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
 type AnyError = Box<dyn Error>;
@@ -53,9 +53,10 @@ fn main() -> Result<(), AnyError> {
     for hour in 0..hours {
         let mut costs = Costs::default();
         walk(&mut builder, &laps[(hour / 2 % 2) as usize], &mut costs)?;
-        let map;
+        let (memory, map);
+        memory = builder.memory();
         (saver, map) = save_and_load(builder.into_map(), saver, &mut costs)?;
-        report(hour, &map, &folder, costs)?;
+        report(hour, &map, memory, &folder, costs)?;
         builder = MapBuilder::resume(map)?;
     }
     std::fs::remove_dir_all(&folder)?;
@@ -109,18 +110,25 @@ fn save_and_load(
     Ok(loaded)
 }
 
-fn report(hour: u64, map: &MultiLevelMap, folder: &Path, mut costs: Costs) -> Result<(), AnyError> {
+/// `memory`: that of the builder at the end of the hour.
+fn report(
+    hour: u64,
+    map: &MultiLevelMap,
+    memory: MapMemory,
+    folder: &Path,
+    mut costs: Costs,
+) -> Result<(), AnyError> {
     let mut bytes = 0;
     for file in std::fs::read_dir(folder)? {
         bytes += file?.metadata()?.len();
     }
     costs.inserts.sort_by(f64::total_cmp);
     let insert = |share: f64| costs.inserts[((costs.inserts.len() - 1) as f64 * share) as usize];
-    let (memory, counts) = (map.memory(), map.counts());
-    let maps = [memory.cloud, memory.octree, memory.planes, memory.objects, memory.history];
+    let counts = map.counts();
+    let maps = [memory.cloud, memory.octree, memory.planes, memory.objects, memory.history, memory.snapshots];
     println!(
         "hour {}: insert {:.1} ms, 95 % {:.1}, most {:.0}; correction {:.0} ms at most; save {:.0}, load {:.0}; \
-         {} MB resident, cloud, octree, planes, objects, history {:?} MB, {} on disk; \
+         {} MB resident, cloud, octree, planes, objects, history, snapshots {:?} MB, {} on disk; \
          {} static points, {} planes, {} objects",
         hour + 1,
         insert(0.5),

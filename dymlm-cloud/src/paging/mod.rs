@@ -7,6 +7,8 @@ mod pager;
 mod record;
 
 pub(crate) use page_file::PageFile;
+#[cfg(feature = "state")]
+pub(crate) use paged::Version;
 pub(crate) use paged::{Block, PageOut, Paged};
 pub use pager::CloudPager;
 pub(crate) use record::{Record, record, record_of_cases};

@@ -28,6 +28,16 @@ struct Filed {
     length: u32,
 }
 
+/// A version in which a block was. As long as this lives, a change of the block makes another version.
+#[cfg(feature = "state")]
+#[derive(Debug)]
+pub(crate) struct Version<B> {
+    number: u64,
+    /// A block to which nothing else points is changed where it is, in the same version. This points to it, and
+    /// keeps nothing that the block owns.
+    _block: std::sync::Weak<B>,
+}
+
 /// What can be paged out, whatever its type: several blocks at a time, so that they take one place in the
 /// file.
 pub(crate) trait PageOut {
@@ -76,6 +86,19 @@ impl<B: Block> Paged<B> {
         self.version == other.version
     }
 
+    /// The version of the block, without what is in it.
+    #[cfg(feature = "state")]
+    pub(crate) fn version(&self) -> Version<B> {
+        let block = self.memory.get().map(Arc::downgrade).unwrap_or_default();
+        Version { number: self.version, _block: block }
+    }
+
+    /// Whether the block is in this version.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_in(&self, version: &Version<B>) -> bool {
+        self.version == version.number
+    }
+
     /// The block if it is in memory.
     pub(crate) fn in_memory(&self) -> Option<&B> {
         self.memory.get().map(Arc::as_ref)
@@ -93,10 +116,16 @@ impl<B: Block> Paged<B> {
         }
     }
 
-    /// Bytes of memory besides this struct, with those that the block owns, which `owned` gives.
-    pub(crate) fn memory_bytes(&self, owned: impl Fn(&B) -> usize) -> usize {
-        let counts = 2 * size_of::<usize>();
-        self.in_memory().map_or(0, |block| counts + size_of::<B>() + owned(block))
+    /// Bytes of memory besides this struct that another block does not share, with those that the block owns,
+    /// which `owned` gives for it beside the other.
+    pub(crate) fn memory_bytes_beside(
+        &self,
+        other: Option<&Self>,
+        owned: impl Fn(&B, Option<&B>) -> usize,
+    ) -> usize {
+        let (counts, other) = (2 * size_of::<usize>(), other.and_then(Self::in_memory));
+        let own = self.in_memory().filter(|block| other.is_none_or(|other| !std::ptr::eq(*block, other)));
+        own.map_or(0, |block| counts + size_of::<B>() + owned(block, other))
     }
 }
 
@@ -198,6 +227,23 @@ mod tests {
         changed.page_out_like(&filed);
         assert!(changed.in_memory().is_none());
         assert_eq!((&*old, &*changed), (&vec![1], &vec![1, 2]));
+    }
+
+    #[cfg(feature = "state")]
+    #[test]
+    fn a_change_makes_another_version_without_a_copy() {
+        let file = PageFile::create_in(&std::env::temp_dir()).unwrap();
+        let mut own = Paged::new(vec![1]);
+        let items = own.as_ptr();
+        for mut block in [own.clone(), paged_out(&own, &file), Paged::default()] {
+            let version = block.version();
+            assert!(block.is_in(&version));
+            block.to_mut().unwrap().push(2);
+            assert!(!block.is_in(&version));
+        }
+        let version = own.version();
+        own.to_mut().unwrap()[0] = 3;
+        assert!(!own.is_in(&version) && own.as_ptr() == items, "what it owns has only moved");
     }
 
     #[test]

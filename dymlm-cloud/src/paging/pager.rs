@@ -21,14 +21,16 @@ pub struct CloudPager {
     buffer: Vec<u8>,
     /// Frames since the memory was counted last.
     frames: u32,
-    /// The static cloud of the map at the last count, if the map was too large then: a block that is judged
-    /// before it goes need not come back for that. It is judged on a thread of its own, so that no frame
+    /// The static cloud of the map at the last count, if the map was nearly too large then: a block that is
+    /// judged before it goes need not come back for that. It is judged on a thread of its own, so that no frame
     /// waits.
     judging: Option<Judging>,
     /// Blocks of the evidence that are to go, with all voxels in them, in this order.
     due: VecDeque<BlockKey>,
     /// The revision of the evidence up to which these blocks were judged.
     judged: u32,
+    /// Bytes of the map when it had been judged.
+    bytes: usize,
 }
 
 #[derive(Debug)]
@@ -47,7 +49,15 @@ impl CloudPager {
     /// Those of making a file there.
     pub fn new(folder: &Path) -> Result<Self> {
         let file = PageFile::create_in(folder)?;
-        Ok(Self { file, buffer: Vec::new(), frames: 0, judging: None, due: VecDeque::new(), judged: 0 })
+        Ok(Self {
+            file,
+            buffer: Vec::new(),
+            frames: 0,
+            judging: None,
+            due: VecDeque::new(),
+            judged: 0,
+            bytes: 0,
+        })
     }
 
     /// Pages out some blocks when the map takes more than `budget` bytes of memory. Call it once a frame,
@@ -81,17 +91,25 @@ impl CloudPager {
     fn count(&mut self, map: &mut CloudMap, budget: usize) {
         let judged = self.judging.take();
         let judged = judged.and_then(|judging| Some((judging.revision, judging.kept.join().ok()?)));
-        let bytes = map.memory_bytes();
-        self.due.clear();
-        if bytes <= budget {
-            return;
-        }
+        let is_judged = judged.is_some();
         if let Some((revision, mut kept)) = judged {
             self.judged = revision;
             kept.page_out_like(&map.kept);
             map.kept.adopt(&kept);
-            // An eighth more than necessary, so that the next count need not choose again.
-            self.choose(map, bytes - (budget - budget / 8));
+        }
+        let bytes = map.memory_bytes();
+        self.due.clear();
+        if is_judged {
+            self.bytes = bytes;
+            if bytes > budget {
+                // An eighth more than necessary, so that the next count need not choose again.
+                self.choose(map, bytes - (budget - budget / 8));
+            }
+        }
+        // Judging what is new takes about as much memory again: a map that was first judged when it had
+        // reached the budget would take one and a half times as much.
+        if bytes + bytes.saturating_sub(self.bytes) <= budget {
+            return;
         }
         let clone = map.clone();
         let judge = move || {
@@ -128,11 +146,9 @@ impl CloudPager {
 impl CloudMap {
     /// Frees the memory of blocks that a later state of this map has paged out, as far as the two share them.
     pub fn page_out_like(&mut self, later: &Self) {
-        if self.is_clone_of(later) {
-            self.voxels.page_out_like(&later.voxels);
-            self.evidence.page_out_like(&later.evidence);
-            self.kept.page_out_like(&later.kept);
-        }
+        self.voxels.page_out_like(&later.voxels);
+        self.evidence.page_out_like(&later.evidence);
+        self.kept.page_out_like(&later.kept);
     }
 
     /// Pages out a block of the evidence, with the voxels in it and what is known of them, unless the block
@@ -193,5 +209,32 @@ impl CloudMap {
         let (first, side) = self.evidence.voxel_blocks_over(key);
         self.voxels.slots_within(first, side, |slot| slots.push(slot));
         slots
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+
+    use super::*;
+    use crate::CloudMapConfig;
+
+    #[test]
+    fn a_map_is_judged_before_it_has_reached_its_budget() {
+        let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
+        let mut pager = CloudPager::new(&std::env::temp_dir()).unwrap();
+        let camera = PinholeCamera::new(32, 24, 26.0, 26.0, 15.5, 11.5).unwrap();
+        let depth = DepthImage::new(32, 24, vec![1.5; 32 * 24]).unwrap();
+        let budget = 10_000_000;
+        for step in 0.. {
+            let frame = Frame::new(f64::from(step), camera, depth.clone(), None).unwrap();
+            let pose = Pose::new([0.05 * f64::from(step), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            map.insert(&frame, None, &pose).unwrap();
+            pager.page_out(&mut map, || budget).unwrap();
+            if map.memory_bytes() > budget {
+                break;
+            }
+        }
+        assert!(map.kept.stamp() > 0);
     }
 }

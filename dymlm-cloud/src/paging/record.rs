@@ -1,6 +1,8 @@
 //! How blocks are written to the page file: number by number, in their own widths. Only the process that
 //! writes the file reads it, so it needs no version.
 
+use std::sync::Arc;
+
 /// What can be written to the page file and read back to the bit.
 pub(crate) trait Record: Sized {
     fn write(&self, out: &mut Vec<u8>);
@@ -85,15 +87,20 @@ impl<T: Record> Record for Box<[T]> {
     }
 }
 
-impl<T: Record> Record for Box<T> {
-    fn write(&self, out: &mut Vec<u8>) {
-        (**self).write(out);
-    }
+macro_rules! pointer {
+    ($($type:ident),*) => {$(
+        impl<T: Record> Record for $type<T> {
+            fn write(&self, out: &mut Vec<u8>) {
+                (**self).write(out);
+            }
 
-    fn read(from: &mut &[u8]) -> Option<Self> {
-        T::read(from).map(Self::new)
-    }
+            fn read(from: &mut &[u8]) -> Option<Self> {
+                T::read(from).map(Self::new)
+            }
+        }
+    )*};
 }
+pointer!(Box, Arc);
 
 /// Implements [`Record`] for structs, field by field.
 macro_rules! record {

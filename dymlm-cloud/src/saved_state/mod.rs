@@ -9,6 +9,8 @@ mod cells;
 mod counts;
 mod evidence;
 mod number_code;
+mod saved_blocks;
+mod saved_cloud;
 mod voxel_code;
 mod voxels;
 
@@ -21,6 +23,8 @@ use crate::block_store::{BlockKey, BlockStore};
 use crate::paging::Block;
 use crate::{CloudMap, CloudMapConfig, Error};
 use evidence::{evidence_of, put_evidence};
+use saved_blocks::SavedBlocks;
+pub use saved_cloud::SavedCloud;
 use voxels::{put_voxels, voxels_of};
 
 /// What a part holds, in the lowest bit of its key; the others are the block's.
@@ -36,7 +40,7 @@ const BATCH: usize = 2048;
 /// More frames than come in two years.
 const MOST_FRAMES: u32 = 1 << 31;
 
-#[derive(Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Head {
     frames: u32,
     epoch: i32,
@@ -46,26 +50,25 @@ struct Head {
 }
 
 impl CloudMap {
-    /// Gives to `sink` the parts of the map that differ from those of an earlier state, or all parts without
-    /// an earlier state. What the two states share is skipped.
+    /// Gives to `sink` the parts of the map that differ from those of an earlier [saved](SavedCloud) state, or
+    /// all parts without an earlier state.
     ///
     /// # Errors
     ///
     /// Those of `sink`.
-    pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
+    pub fn save_state(&self, earlier: Option<&SavedCloud>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
         let (voxels, evidence) = (&self.voxels, &self.evidence);
         let changed = changed_blocks(voxels, earlier.map(|earlier| &earlier.voxels));
         save_blocks(changed, VOXELS, |block| voxels_of(block, voxels), sink)?;
-        let mut changed = changed_blocks(evidence.blocks(), earlier.map(|earlier| earlier.evidence.blocks()));
+        let mut changed = changed_blocks(evidence.blocks(), earlier.map(|earlier| &earlier.evidence));
         // A block that was looked at without any change in it has another revision.
-        changed.extend(earlier.into_iter().flat_map(|earlier| evidence.noted_since(&earlier.evidence)));
+        changed.extend(earlier.into_iter().flat_map(|earlier| earlier.evidence.noted_in(evidence.blocks())));
         save_blocks(changed, EVIDENCE, |block| evidence_of(block, evidence), sink)?;
-        let head = encode_part(&self.head())?;
-        let is_known = match earlier {
-            Some(earlier) => encode_part(&earlier.head())? == head,
-            None => false,
-        };
-        if is_known { Ok(()) } else { sink(HEAD, Some(&head)) }
+        let head = self.head();
+        if earlier.is_some_and(|earlier| earlier.head == head) {
+            return Ok(());
+        }
+        sink(HEAD, Some(&encode_part(&head)?))
     }
 
     fn head(&self) -> Head {
@@ -136,9 +139,9 @@ fn save_blocks(
 
 /// The blocks in which a store differs from an earlier one, also those that are gone; all without an earlier
 /// one.
-fn changed_blocks<B: Block>(store: &BlockStore<B>, earlier: Option<&BlockStore<B>>) -> BTreeSet<BlockKey> {
+fn changed_blocks<B: Block>(store: &BlockStore<B>, earlier: Option<&SavedBlocks<B>>) -> BTreeSet<BlockKey> {
     match earlier {
-        Some(earlier) => store.changed_since(earlier).chain(earlier.gone_from(store)).collect(),
+        Some(earlier) => earlier.changed_in(store).collect(),
         None => store.keys().iter().copied().collect(),
     }
 }

@@ -2,7 +2,7 @@ use std::sync::{Arc, OnceLock};
 
 use dymlm_core::{Pages, Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, has, page_out_like, put, without};
+use crate::block_store::{BlockStore, CellBits, has, memory_bytes_beside, page_out_like, put, without};
 use crate::changes::{Change, Changes, Effect, Touched};
 use crate::evidence::Evidence;
 use crate::paging::Paged;
@@ -429,13 +429,12 @@ impl StaticCloud {
         block.map_or_else(Judgement::default, |block| Judgement { firm: block.firm, statics: block.statics })
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let points: usize =
-            self.blocks.iter().map(|block| block.memory_bytes(StaticBlock::memory_bytes)).sum();
-        self.blocks.memory_bytes()
-            + self.evidence.memory_bytes()
-            + self.order.get().map_or(0, |order| size_of_val(&**order))
-            + points
+    /// Bytes that another static cloud does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: &Self) -> usize {
+        let order = self.order.get().filter(|own| other.order.get().is_none_or(|it| !Arc::ptr_eq(own, it)));
+        memory_bytes_beside(&self.blocks, &other.blocks, |block, _| block.memory_bytes())
+            + self.evidence.memory_bytes_beside(&other.evidence)
+            + order.map_or(0, |order| size_of_val(&**order))
     }
 }
 

@@ -56,7 +56,20 @@ impl ObjectMap {
 
     /// Approximate size of the map in bytes, including what clones share.
     pub fn memory_bytes(&self) -> usize {
-        let objects: usize = self.all().map(MapObject::memory_bytes).sum();
+        self.own_bytes(|_| None)
+    }
+
+    /// Approximate bytes that the map does not share with another state of it. O(objects).
+    pub fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.own_bytes(|birth| other.objects.get(other.place(birth)?))
+    }
+
+    fn own_bytes<'a>(&self, other: impl Fn(Birth) -> Option<&'a Arc<MapObject>>) -> usize {
+        let object = |own: &Arc<MapObject>| match other(own.birth) {
+            Some(other) if Arc::ptr_eq(own, other) => 0,
+            other => own.memory_bytes_beside(other.map(Arc::as_ref)),
+        };
+        let objects: usize = self.objects.iter().map(object).sum();
         objects + self.absorbed_by.memory_bytes() + self.names.memory_bytes()
     }
 

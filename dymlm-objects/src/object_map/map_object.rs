@@ -159,9 +159,15 @@ impl MapObject {
 
     /// Approximate size in bytes, nearly all for its points.
     pub fn memory_bytes(&self) -> usize {
+        self.memory_bytes_beside(None)
+    }
+
+    /// Approximate bytes that it does not share with another state of it.
+    pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        let is_shared = other.is_some_and(|other| Arc::ptr_eq(&self.cloud, &other.cloud));
+        let cloud = if is_shared { 0 } else { size_of::<ObjectCloud>() + self.cloud.memory_bytes() };
         size_of::<Self>()
-            + size_of::<ObjectCloud>()
-            + self.cloud.memory_bytes()
+            + cloud
             + self.key_views.memory_bytes()
             + self.supports.capacity() * size_of::<SupportVotes>()
             + self.sighted_points.capacity() * size_of::<u64>()

@@ -180,14 +180,20 @@ impl Branch {
         }
     }
 
-    /// Bytes of the colours and of all nodes below. At most five levels deep.
-    pub(super) fn memory_bytes(&self) -> usize {
+    /// Bytes of the colours and of all nodes below, but for nodes that another branch shares. At most five
+    /// levels deep.
+    pub(super) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
         let mut bytes = self.colors.memory_bytes();
         for_each_bit(&self.children, |entry| {
-            bytes += match &self.entries[entry] {
-                Entry::Unknown | Entry::Leaf(_) => 0,
-                Entry::Block(block) => super::shared_bytes::<Block>() + block.memory_bytes(),
-                Entry::Branch(branch) => super::shared_bytes::<Self>() + branch.memory_bytes(),
+            bytes += match (&self.entries[entry], other.map(|other| &other.entries[entry])) {
+                (Entry::Unknown | Entry::Leaf(_), _) => 0,
+                (Entry::Block(own), Some(Entry::Block(other))) if Arc::ptr_eq(own, other) => 0,
+                (Entry::Block(own), _) => super::shared_bytes::<Block>() + own.memory_bytes(),
+                (Entry::Branch(own), Some(Entry::Branch(other))) if Arc::ptr_eq(own, other) => 0,
+                (Entry::Branch(own), other) => {
+                    let other = if let Some(Entry::Branch(other)) = other { Some(&**other) } else { None };
+                    super::shared_bytes::<Self>() + own.memory_bytes_beside(other)
+                }
             };
         });
         bytes

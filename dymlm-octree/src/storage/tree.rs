@@ -37,11 +37,16 @@ impl Tree {
         &self.root
     }
 
-    /// Bytes held, with those that clones share.
-    pub(crate) fn memory_bytes(&self) -> usize {
-        super::shared_bytes::<Branch>()
-            + self.root.memory_bytes()
-            + self.touched.capacity() * size_of::<Key>()
+    /// Bytes held that another tree does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        let touched = self.touched.capacity() * size_of::<Key>();
+        match other {
+            Some(other) if Arc::ptr_eq(&self.root, &other.root) => touched,
+            _ => {
+                let nodes = self.root.memory_bytes_beside(other.map(|other| &*other.root));
+                super::shared_bytes::<Branch>() + nodes + touched
+            }
+        }
     }
 
     /// The entry that covers a cell in the branch of a level, or the leaf or the unknown space above.

@@ -232,9 +232,10 @@ impl Patch {
         self.bounds
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let voxels: usize = self.blocks.values().map(Vec::capacity).sum();
-        self.blocks.memory_bytes() + voxels * size_of::<Counted>()
+    /// Bytes that another patch does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        let voxels = |voxels: &Vec<Counted>, _: Option<&_>| voxels.capacity() * size_of::<Counted>();
+        self.blocks.memory_bytes_beside(other.map(|other| &other.blocks), voxels)
     }
 }
 

@@ -70,8 +70,10 @@ impl PlaneIndex {
         self.bounds = self.bounds.union(&bounds);
     }
 
-    pub(crate) fn memory_bytes(&self) -> usize {
-        let planes: usize = self.cells.values().map(Vec::capacity).sum();
-        self.cells.memory_bytes() + planes * size_of::<(Birth, u32)>()
+    /// Bytes that another index does not share.
+    pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        let planes =
+            |planes: &Vec<(Birth, u32)>, _: Option<&_>| planes.capacity() * size_of::<(Birth, u32)>();
+        self.cells.memory_bytes_beside(other.map(|other| &other.cells), planes)
     }
 }

@@ -237,11 +237,10 @@ impl KeyFrame {
         [saw, saw || self.missed.iter().any(|&missed| resolve(missed) == plane)]
     }
 
-    /// Approximate size in bytes.
+    /// Approximate bytes that it owns.
     pub(super) fn memory_bytes(&self) -> usize {
         let witnesses = self.merges.iter().flat_map(|merge| &merge.witnesses).map(Vec::capacity);
-        size_of::<(FrameId, Self)>()
-            + self.shares.capacity() * size_of::<Share>()
+        self.shares.capacity() * size_of::<Share>()
             + self.labels.len()
             + self.motions.capacity() * size_of::<(u16, Pose)>()
             + self.missed.capacity() * size_of::<Birth>()

@@ -216,14 +216,23 @@ impl PlaneMap {
     /// key frame has seen, looked at and merged; ids that were merged away. It includes what clones share,
     /// but not the allocator's overhead. O(key frames + blocks of voxels).
     pub fn memory_bytes(&self) -> usize {
-        let planes: usize = self.planes.values().map(MapPlane::memory_bytes).sum();
-        let key_frames: usize = self.key_frames.values().map(KeyFrame::memory_bytes).sum();
-        planes
-            + key_frames
+        self.own_bytes(None)
+    }
+
+    /// What [`memory_bytes`](Self::memory_bytes) counts, but for planes and key frames that another state of
+    /// the map shares. O(key frames + blocks of voxels that they do not share).
+    pub fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.own_bytes(Some(other))
+    }
+
+    fn own_bytes(&self, other: Option<&Self>) -> usize {
+        let key_frame = |key_frame: &KeyFrame, _: Option<&_>| key_frame.memory_bytes();
+        self.planes.memory_bytes_beside(other.map(|other| &other.planes), MapPlane::memory_bytes_beside)
+            + self.key_frames.memory_bytes_beside(other.map(|other| &other.key_frames), key_frame)
+            + self.index.memory_bytes_beside(other.map(|other| &other.index))
             + self.merged.memory_bytes()
             + self.merged_ids.memory_bytes()
             + self.names.memory_bytes()
-            + self.index.memory_bytes()
             + self.gaps.memory_bytes()
     }
 

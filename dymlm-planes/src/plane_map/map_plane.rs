@@ -247,10 +247,9 @@ impl MapPlane {
         self.patch.len()
     }
 
-    /// Approximate size in bytes.
-    pub(super) fn memory_bytes(&self) -> usize {
-        size_of::<Self>()
-            + self.patch.memory_bytes()
+    /// Approximate bytes that the plane owns and does not share with another state of it.
+    pub(super) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
+        self.patch.memory_bytes_beside(other.map(|other| &other.patch))
             + self.judged.len() * size_of::<(BlockKey, [usize; 2])>()
     }
 

@@ -334,7 +334,8 @@ class MapBuilder:
         """Removes from all maps everything farther than `radius` metres from a point (3,) in the world."""
 
     def memory(self) -> dict[str, int]:
-        """Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots")."""
+        """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
+        and of the maps that readers see ("published")."""
 
     def static_mask(self) -> NDArray[np.bool_]:
         """The static pixels of the last frame, (height, width) bool, for every `sensor.stride`-th pixel of every
@@ -737,7 +738,8 @@ class Map:
         """
 
     def memory(self) -> dict[str, int]:
-        """Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots")."""
+        """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
+        and of the maps that readers see ("published")."""
 
     @property
     def config(self) -> Config:

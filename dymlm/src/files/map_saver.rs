@@ -5,13 +5,15 @@ use dymlm_io::{Error, MapFolderSaver, MapFolderWriter, PlaneRecord};
 
 use super::plane_records;
 use super::planes::renewed_records;
+use super::saved_state::SavedState;
 use crate::MultiLevelMap;
 
 /// Saves maps into one folder again and again; of the state it writes only what has changed since the last
 /// time.
 ///
-/// It holds a clone of the maps that it saved last, which shares with them what has not changed since. As
-/// long as the saver lives, nobody else can write the folder.
+/// It holds clones of the octree, the planes, the objects and the log that it saved last, which share with the
+/// maps what has not changed since, and for each block of the cloud a few hundred bytes. As long as the saver
+/// lives, nobody else can write the folder.
 ///
 /// ```
 /// # let parent = tempfile::tempdir()?;
@@ -30,7 +32,7 @@ use crate::MultiLevelMap;
 #[derive(Debug)]
 pub struct MapSaver {
     folder: MapFolderSaver,
-    saved: Option<MultiLevelMap>,
+    saved: Option<SavedState>,
     /// Of the planes that were saved last. Their outlines take long to trace, and most stay as they are.
     planes: Vec<PlaneRecord>,
 }
@@ -73,7 +75,7 @@ impl MapSaver {
     ) -> Result<(Self, MultiLevelMap), crate::Error> {
         let (saver, folder) = MapFolderSaver::open(folder)?;
         let map = MultiLevelMap::read_whole(&folder, history)?;
-        Ok((Self { folder: saver, saved: Some(map.clone()), planes: Vec::new() }, map))
+        Ok((Self { folder: saver, saved: Some(SavedState::of(&map)), planes: Vec::new() }, map))
     }
 
     /// The map's folder.
@@ -104,7 +106,7 @@ impl MapSaver {
     ) -> Result<(), Error> {
         let Self { folder, saved, planes } = self;
         // Maps of another config share nothing with those that were saved last.
-        if saved.as_ref().is_some_and(|saved| saved.config() != map.config()) {
+        if saved.as_ref().is_some_and(|saved| *saved.config != *map.config) {
             *saved = None;
         }
         if saved.is_none() {
@@ -112,7 +114,7 @@ impl MapSaver {
         }
         let before = std::mem::take(planes);
         let records = match saved {
-            Some(saved) => renewed_records(map.planes(), saved.planes(), before),
+            Some(saved) => renewed_records(map.planes(), &saved.planes, before),
             None => plane_records(map.planes()),
         };
         folder.save(map.config(), &map.counts(), |folder, state| {
@@ -123,7 +125,7 @@ impl MapSaver {
             state.and(files)?;
             write(folder)
         })?;
-        (*saved, *planes) = (Some(map.clone()), records);
+        (*saved, *planes) = (Some(SavedState::of(map)), records);
         Ok(())
     }
 }

@@ -10,6 +10,7 @@ use dymlm_planes::PlaneMap;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::saved_state::SavedState;
 use crate::ghost_removal::GhostRemoval;
 use crate::logged_sessions::Session;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
@@ -63,7 +64,7 @@ impl MultiLevelMap {
     /// one.
     pub(super) fn write_state(
         &self,
-        earlier: Option<&Self>,
+        earlier: Option<&SavedState>,
         state: &mut StateWriter,
     ) -> Result<(), dymlm_io::Error> {
         state.packed_section(CLOUD, |sink| self.cloud.save_state(earlier.map(|map| &map.cloud), sink))?;
@@ -71,7 +72,7 @@ impl MultiLevelMap {
         state.section(PLANES, |sink| self.planes.save_state(earlier.map(|map| &map.planes), sink))?;
         state.section(OBJECTS, |sink| self.objects.save_state(earlier.map(|map| &map.objects), sink))?;
         if let Some(log) = &self.past.log {
-            let earlier = earlier.and_then(|map| map.past.log.as_ref());
+            let earlier = earlier.and_then(|map| map.log.as_ref());
             state.section(HISTORY, |sink| log.history.save_state(earlier.map(|log| &log.history), sink))?;
             state.section(FRAMES, |sink| save_pages(&log.frames, earlier.map(|log| &log.frames), sink))?;
             state.section(EVENTS, |sink| save_pages(&log.events, earlier.map(|log| &log.events), sink))?;

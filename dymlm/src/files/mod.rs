@@ -12,6 +12,7 @@ mod map_saver;
 mod map_state;
 mod objects;
 mod planes;
+mod saved_state;
 #[cfg(feature = "mcap")]
 mod session_recorder;
 

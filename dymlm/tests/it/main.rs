@@ -8,6 +8,7 @@ mod corrected_poses;
 mod floor_grids;
 mod late_detections;
 mod map_builder;
+mod memory;
 mod memory_budget;
 mod moved_object;
 mod queries;

@@ -78,6 +78,7 @@ impl MemorySeries {
             part("objects", |memory| memory.objects),
             part("history", |memory| memory.history),
             part("snapshots", |memory| memory.snapshots),
+            part("published", |memory| memory.published),
         ];
         let is_used = |map: &MapBytes| map.bytes.iter().any(|&bytes| bytes > 0);
         Self {
