@@ -277,4 +277,20 @@ mod tests {
         }
         assert!(matches!(together, CellCounts::Wide(_)));
     }
+
+    #[test]
+    fn clones_share_packed_counts_until_one_changes() {
+        let mut counts = CellCounts::None;
+        counts.add(3, Finding::LookedThrough, 5);
+        assert!(!counts.is_shared_with(&counts.clone()));
+        counts.pack();
+        let mut clone = counts.clone();
+        assert!(counts.is_shared_with(&clone));
+        clone.add(3, Finding::LookedThrough, 1);
+        assert!(!counts.is_shared_with(&clone));
+        assert_eq!(
+            [counts.all()[3], clone.all()[3]].map(|cell| cell[Finding::LookedThrough as usize]),
+            [5, 6]
+        );
+    }
 }
