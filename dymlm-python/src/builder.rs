@@ -278,7 +278,8 @@ impl PyMapBuilder {
         })
     }
 
-    /// Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots").
+    /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
+    /// and of the maps that readers see ("published").
     fn memory(&self, py: Python<'_>) -> PyResult<BTreeMap<&'static str, usize>> {
         self.with(py, |builder| Ok(memory_of(builder.memory())))
     }

@@ -194,7 +194,8 @@ impl PyMap {
         ])
     }
 
-    /// Memory in bytes of each map, of the stored key frames ("history") and of earlier states ("snapshots").
+    /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
+    /// and of the maps that readers see ("published").
     fn memory(&self) -> BTreeMap<&'static str, usize> {
         memory_of(self.maps().memory())
     }

@@ -30,8 +30,8 @@ pub(crate) struct Agreement {
 ///   difference; at the patch's centroid alone it makes none, and a floor takes in the ramp that begins on it;
 /// - equation 3, by which planes are also one when more than half of the patch's edge points are near the
 ///   plane of the map, is left out: the edge that is near the camera has most of the points, so that it
-///   accepts the same ramp. In rooms, buildings and recordings, with and without drift, it joins no planes
-///   that equation 2 does not;
+///   accepts the same ramp. In rooms and buildings it joined nothing else that equation 2 does not, and with
+///   poses that drift hardly anything;
 /// - patches must overlap or nearly touch, because two desks of one height are two planes. (Unless key frames
 ///   showed that something nearer occludes their connection; see [`Self::test_across_gap`].)
 #[derive(Debug, Clone)]

@@ -171,8 +171,7 @@ impl MapPlane {
     }
 
     /// Centres of the voxels that hold its inliers, in the order of [`inlier_points`](Self::inlier_points):
-    /// where they were read, to half a voxel, where those are on the plane. A floor and the ramp that begins
-    /// on it may be one plane. Metres.
+    /// where they were read, to half a voxel, where those are on the plane. Metres.
     pub fn voxel_centers(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.patch.voxels().map(|voxel| voxel.center(self.shape.voxel_size))
     }

@@ -10,7 +10,7 @@ const CONTACT_CELLS: usize = 2;
 
 /// A plane that may be a part of a floor, in the axes of a grid.
 ///
-/// Its heights are those at which it was read: a ramp of few degrees is associated with the floor that it
+/// Its heights are those at which it was read: a ramp that rises by little is one plane with the floor that it
 /// begins on, and the plane that is fitted to both is centimetres off either.
 #[derive(Debug, Clone)]
 pub(super) struct FloorPlane {
