@@ -335,7 +335,8 @@ class MapBuilder:
 
     def memory(self) -> dict[str, int]:
         """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published")."""
+        and of the maps that readers see ("published").
+        """
 
     def static_mask(self) -> NDArray[np.bool_]:
         """The static pixels of the last frame, (height, width) bool, for every `sensor.stride`-th pixel of every
@@ -739,7 +740,8 @@ class Map:
 
     def memory(self) -> dict[str, int]:
         """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published")."""
+        and of the maps that readers see ("published").
+        """
 
     @property
     def config(self) -> Config:
