@@ -53,8 +53,8 @@ fn main() -> Result<(), AnyError> {
     for hour in 0..hours {
         let mut costs = Costs::default();
         walk(&mut builder, &laps[(hour / 2 % 2) as usize], &mut costs)?;
-        let (memory, map);
-        memory = builder.memory();
+        let memory = builder.memory();
+        let map;
         (saver, map) = save_and_load(builder.into_map(), saver, &mut costs)?;
         report(hour, &map, memory, &folder, costs)?;
         builder = MapBuilder::resume(map)?;

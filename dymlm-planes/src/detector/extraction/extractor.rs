@@ -31,6 +31,9 @@ const CONTACT_IN_SIDES: u32 = 2;
 /// rest at its rim.
 const SEED_SHARE: f64 = 0.3;
 
+/// Number of blocks on each side of a plane in which it is followed, to see whether it ends at an edge.
+const SURROUNDINGS: usize = 2;
+
 /// Finds the planes of a depth image by agglomerative clustering of its blocks.
 ///
 /// Feng, Taguchi, Kamat: "Fast Plane Extraction in Organized Point Clouds Using Agglomerative Hierarchical
@@ -80,9 +83,6 @@ pub(in crate::detector) struct PlaneExtractor {
     surroundings: Vec<(u16, usize)>,
     extraction: Extraction,
 }
-
-/// Number of blocks on each side of a plane in which it is followed, to see whether it ends at an edge.
-const SURROUNDINGS: usize = 2;
 
 impl PlaneExtractor {
     /// An extractor with empty buffers.
