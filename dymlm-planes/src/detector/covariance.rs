@@ -65,6 +65,13 @@ impl PlaneCovariance {
         (0.5 * (aa + bb) + (half * half + ab * ab).sqrt()).sqrt()
     }
 
+    /// Standard deviation of the distance by which the plane's tilt moves its long rims, metres, of inliers
+    /// spread evenly over the plane: the rims are sqrt(3) times the inliers' deviation from the middle, and
+    /// the tilt is as uncertain as the offset over that deviation.
+    pub(crate) fn rim_deviation(&self) -> f64 {
+        (3.0 * self.offset).sqrt()
+    }
+
     /// Standard deviation of the offset at the centroid, metres.
     pub fn offset_deviation(&self) -> f64 {
         self.offset.sqrt()

@@ -1,6 +1,6 @@
 //! What must stay apart stays apart, and what is no plane yields none.
 
-use crate::common::{Cylinder, World, camera, dot, level, look_at, room, room_views, upright};
+use crate::common::{Cuboid, Cylinder, World, camera, dot, level, look_at, room, room_views, upright};
 use dymlm_core::{PinholeCamera, Pose, SensorModel};
 use dymlm_planes::{MapPlane, PlaneDetector, PlaneDetectorConfig, PlaneMap};
 
@@ -140,6 +140,46 @@ fn a_cylinder_yields_no_plane() {
         let planes: Vec<_> = map.iter().map(|plane| (plane.plane(), plane.area())).collect();
         assert!(planes.is_empty(), "radius {radius}: {planes:?}");
     }
+}
+
+/// The inner sides of a doorway, 12 cm deep and seen at a slant, are a block wide in the image.
+#[test]
+fn the_sides_of_a_doorway_are_planes() {
+    let fine = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let mut world = World::of(&[level([0.0, 0.0, 0.0], 5.0, 5.0)]);
+    let mut add = |at: [f64; 3], lengths| {
+        let world_from_cuboid = Pose::new(at, [0.0, 0.0, 0.0, 1.0]).unwrap();
+        world.cuboids.push(Cuboid { world_from_cuboid, lengths });
+    };
+    add([-1.475, 0.06, 1.2], [2.0, 0.12, 2.4]);
+    add([1.475, 0.06, 1.2], [2.0, 0.12, 2.4]);
+    let views: Vec<Pose> =
+        (0..12).map(|k| look_at([0.0, -2.2 + 0.07 * f64::from(k), 1.3], [0.0, 1.0, 1.1])).collect();
+    let map = map_with(&fine, &world, &views);
+    for side in [-1.0, 1.0] {
+        let found = planes_like(&map, [-side, 0.0, 0.0], [0.475 * side, 0.06, 1.0]);
+        assert_eq!(found.len(), 1, "{side}: {:?}", map.iter().map(|plane| plane.plane()).collect::<Vec<_>>());
+    }
+}
+
+/// Where the noise hides a step between two surfaces, a plane through both is as flat as either.
+#[test]
+fn a_step_within_the_noise_yields_no_plane() {
+    let fine = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let mut detector = PlaneDetector::new(&PlaneDetectorConfig::default(), &SensorModel::kinect()).unwrap();
+    let mut steps = Vec::new();
+    for k in 0..40_u64 {
+        let height = 0.02 + 0.002 * (k % 20) as f64;
+        let world = World::of(&[
+            upright([0.0, 3.2, 1.0], 2.0, 1.5),
+            upright([-1.0, 3.2 - height, 1.0], 0.9 + 0.007 * k as f64, 1.5),
+        ]);
+        let view = look_at([0.2 * (k % 3) as f64, 0.0, 1.2], [0.0, 3.0, 1.0]);
+        let planes = detector.detect(&world.frame(fine, &view, k), None, &[]).unwrap();
+        let normals = planes.iter().map(|plane| plane.plane.transformed(&view).normal());
+        steps.extend(normals.filter(|normal| normal[1] > -0.99).map(|normal| (height, normal)));
+    }
+    assert!(steps.is_empty(), "{steps:?}");
 }
 
 /// Beside a strip of a pillar the surface goes on and bends away, which tells it from a board. A strip in one

@@ -68,6 +68,12 @@ impl Bend {
         self.blocks += 1;
     }
 
+    /// Whether these are the blocks of `own` and more than half as many around them. A strip of a round thing
+    /// goes on at all its blocks, at one of its sides at least; a face at hardly any.
+    pub(super) fn extends(&self, own: &Self) -> bool {
+        2 * self.blocks > 3 * own.blocks
+    }
+
     /// Width of the blocks' centroids perpendicular to their longest extent, metres. Points spread evenly over
     /// a width w have the variance w^2 / 12.
     fn width(&self) -> f64 {

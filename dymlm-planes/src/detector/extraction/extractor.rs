@@ -10,6 +10,7 @@ use super::cluster::{Clustering, fit_of_both};
 use super::growing::{Growing, Scene, Seed, sum_pixels};
 use super::meetings::{Meeting, find_meetings, keep_close};
 use super::segment::{Extraction, Segment};
+use super::strip_profile::StripProfile;
 use super::tolerance::{Tolerance, width};
 use crate::error::Error;
 use crate::moments::{Fit, Moments};
@@ -79,6 +80,8 @@ pub(in crate::detector) struct PlaneExtractor {
     /// The bend of each label's plane, and its bend with the blocks around it.
     bends: Vec<Option<Bend>>,
     wider_bends: Vec<Option<Bend>>,
+    /// The profile of each label's plane that is a strip; the first entry is for no label.
+    profiles: Vec<Option<StripProfile>>,
     /// Pairs of a label and a block near its plane that is not part of it.
     surroundings: Vec<(u16, usize)>,
     extraction: Extraction,
@@ -111,6 +114,7 @@ impl PlaneExtractor {
             relabelled: Vec::new(),
             bends: Vec::new(),
             wider_bends: Vec::new(),
+            profiles: Vec::new(),
             surroundings: Vec::new(),
             extraction: Extraction::default(),
         }
@@ -142,12 +146,13 @@ impl PlaneExtractor {
         self.measure_unevenness();
         self.clustering.run(&self.grid, &self.moments, &self.fits, &self.tolerance);
         self.choose_seeds();
-        self.drop_strips();
+        self.find_wide();
         self.grow();
         self.sum_planes();
         self.merge_planes();
         self.measure_bends();
         self.measure_wider_bends(camera);
+        self.measure_profiles();
         self.write_planes();
         Ok(())
     }
@@ -185,10 +190,12 @@ impl PlaneExtractor {
     }
 
     fn fit_blocks(&mut self) {
-        let (grid, tolerance) = (&self.grid, &self.tolerance);
+        let tolerance = &self.tolerance;
+        // Of a whole block: what the image's border leaves of one may be a single row of pixels.
+        let least = MIN_BLOCK_FILL * (self.grid.side * self.grid.side) as f64;
         self.fits.clear();
-        self.fits.extend(self.moments.iter().enumerate().map(|(block, moments)| {
-            if moments.weight < (MIN_BLOCK_FILL * grid.area(block) as f64).max(6.0) {
+        self.fits.extend(self.moments.iter().map(|moments| {
+            if moments.weight < least {
                 return None;
             }
             moments.fit().filter(|fit| tolerance.holds(fit))
@@ -270,8 +277,8 @@ impl PlaneExtractor {
         }
     }
 
-    /// Drops planes that nowhere have a square of two by two blocks: mostly steps between two surfaces.
-    fn drop_strips(&mut self) {
+    /// Finds the planes that have a square of two by two blocks. The others are strips.
+    fn find_wide(&mut self) {
         self.is_wide.clear();
         self.is_wide.resize(self.seeds.len() + 1, false);
         for block in 0..self.grid.len() {
@@ -281,9 +288,6 @@ impl PlaneExtractor {
                 let square = [right, below, below + 1].map(|other| self.block_labels[other]);
                 self.is_wide[usize::from(label)] |= square == [label; 3];
             }
-        }
-        for label in &mut self.block_labels {
-            *label = if self.is_wide[usize::from(*label)] { *label } else { 0 };
         }
     }
 
@@ -346,6 +350,7 @@ impl PlaneExtractor {
         while let Some((into, from)) = self.flattest_pair() {
             let moved = std::mem::take(&mut self.sums[usize::from(from) - 1]);
             self.sums[usize::from(into) - 1].add(&moved);
+            self.is_wide[usize::from(into)] |= self.is_wide[usize::from(from)];
             for label in &mut self.relabelled {
                 if *label == from {
                     *label = into;
@@ -428,7 +433,36 @@ impl PlaneExtractor {
         self.surroundings.dedup();
     }
 
-    /// Keeps the planes with enough support that are not bent, largest first, and writes the final labels.
+    /// Measures the shape of each strip across its longest extent, from all its readings.
+    fn measure_profiles(&mut self) {
+        let profile = |(sums, is_wide): (&Moments, &bool)| StripProfile::new(sums).filter(|_| !is_wide);
+        self.profiles.clear();
+        self.profiles.push(None);
+        self.profiles.extend(self.sums.iter().zip(&self.is_wide[1..]).map(profile));
+        for block in 0..self.grid.len() {
+            let whole = self.core_label(block);
+            let labels = if whole > 0 { &[whole] } else { self.growing.meeting_in(block) };
+            let merged = labels.iter().map(|&label| usize::from(self.relabelled[usize::from(label)]));
+            if !merged.into_iter().any(|label| self.profiles[label].is_some()) {
+                continue;
+            }
+            for v in self.grid.pixel_rows(block) {
+                for u in self.grid.pixel_columns(block) {
+                    let pixel = v * self.grid.width + u;
+                    let own = self.relabelled[usize::from(self.extraction.labels[pixel])];
+                    let label = if whole > 0 { whole } else { own };
+                    let z = f64::from(self.depth[pixel]);
+                    if let Some(profile) = &mut self.profiles[usize::from(label)]
+                        && z > 0.0
+                    {
+                        profile.add([self.rays.x[u] * z, self.rays.y[v] * z, z]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Keeps the planes with enough support that are faces, largest first, and writes the final labels.
     fn write_planes(&mut self) {
         let mut order: Vec<u16> = (1..=self.sums.len() as u16).collect();
         let support = |label: u16| self.sums[usize::from(label) - 1].weight;
@@ -442,20 +476,34 @@ impl PlaneExtractor {
             let Some(fit) = moments.fit() else { continue };
             let noise = self.seeds[usize::from(label) - 1].noise_mse;
             let width = width(&moments);
-            // What lies around a plane may blur its own bend.
-            let is_round = [&self.bends, &self.wider_bends]
-                .into_iter()
-                .any(|bends| bends[usize::from(label) - 1].as_ref().is_some_and(Bend::is_round));
-            if is_round || self.tolerance.is_bent(width, noise, &fit) {
+            let is_strip = !self.is_wide[usize::from(label)];
+            let is_part = self.is_round(label) || is_strip && self.is_step_or_goes_on(label);
+            if is_part || self.tolerance.is_bent(width, noise, &fit) {
                 continue;
             }
-            self.extraction.segments.push(Segment { fit, support: moments.weight as usize });
+            self.extraction.segments.push(Segment { fit, support: moments.weight as usize, is_strip });
             ranks[usize::from(label)] = self.extraction.segments.len() as u16;
         }
         for label in &mut self.relabelled {
             *label = ranks[usize::from(*label)];
         }
         self.write_labels();
+    }
+
+    /// Whether a plane is part of something round. What lies around it may blur its own bend.
+    fn is_round(&self, label: u16) -> bool {
+        let bends = [&self.bends, &self.wider_bends].map(|bends| &bends[usize::from(label) - 1]);
+        bends.into_iter().flatten().any(Bend::is_round)
+    }
+
+    /// Whether a strip lies across a step, or goes on beside its blocks, where a face would end at an edge.
+    fn is_step_or_goes_on(&self, label: u16) -> bool {
+        let place = usize::from(label) - 1;
+        let goes_on = self.wider_bends[place]
+            .as_ref()
+            .zip(self.bends[place].as_ref())
+            .is_some_and(|(wider, own)| wider.extends(own));
+        goes_on || self.profiles[usize::from(label)].as_ref().is_some_and(StripProfile::is_step)
     }
 
     fn write_labels(&mut self) {

@@ -9,6 +9,7 @@ mod growing;
 mod meetings;
 mod reached;
 mod segment;
+mod strip_profile;
 mod tolerance;
 
 pub(super) use extractor::PlaneExtractor;

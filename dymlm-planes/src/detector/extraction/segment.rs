@@ -7,6 +7,8 @@ pub(in crate::detector) struct Segment {
     pub(in crate::detector) fit: Fit,
     /// Number of its pixels.
     pub(in crate::detector) support: usize,
+    /// Whether it has no square of two by two flat blocks: it is narrow, or a step between two surfaces.
+    pub(in crate::detector) is_strip: bool,
 }
 
 /// The planes of one image, and the plane to which each pixel belongs.
@@ -32,6 +34,12 @@ impl Extraction {
     /// The planes, largest support first.
     pub(in crate::detector) fn segments(&self) -> &[Segment] {
         &self.segments
+    }
+
+    /// Whether the plane with a label is a strip; `false` for 0, no plane.
+    pub(in crate::detector) fn is_strip(&self, label: u16) -> bool {
+        let index = usize::from(label).checked_sub(1);
+        index.and_then(|index| self.segments.get(index)).is_some_and(|segment| segment.is_strip)
     }
 
     /// For each pixel, row by row: 0 = no plane, k = `segments()[k - 1]`.

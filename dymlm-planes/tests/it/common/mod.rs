@@ -5,7 +5,7 @@
 pub(crate) use dymlm_core::vector3::{difference as minus, dot};
 use dymlm_core::{Pose, SensorModel};
 use dymlm_planes::{MapPlane, PlaneConfig, PlaneDetector, PlaneMap, PlaneMapper};
-pub(crate) use dymlm_test_support::{Cylinder, Rectangle, World, look_at, small_camera as camera};
+pub(crate) use dymlm_test_support::{Cuboid, Cylinder, Rectangle, World, look_at, small_camera as camera};
 
 /// A level rectangle.
 pub(crate) fn level(center: [f64; 3], half_x: f64, half_y: f64) -> Rectangle {
