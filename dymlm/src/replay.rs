@@ -113,8 +113,8 @@ impl<'a> Replay<'a> {
         batch
     }
 
-    /// Maps key frames again, cloud and octree beside planes and objects, and unpacks those that follow: that
-    /// keeps the threads busy that are done with their maps first.
+    /// Maps key frames again, the cloud in parallel with the other maps, and unpacks those that follow: last,
+    /// so that it keeps the thread busy that is done with its maps first.
     fn map_batch(
         &mut self,
         batch: &[&KeyFrameEntry],
@@ -124,24 +124,23 @@ impl<'a> Replay<'a> {
         let observations = self.take_observations(batch)?;
         let (log, known) = (self.log, batch.len() + self.unpacked.len());
         let following = self.next_key_frames(end).take(batch.len() + MOST_AT_A_TIME).skip(known).collect();
-        let poses = batch.iter().map(|entry| &self.poses[entry.frame.get() as usize]);
-        let views = observations.iter().map(|observation| KeyFrameView::of(observation)).zip(poses);
+        let views = || observations.iter().map(|observation| KeyFrameView::of(observation));
+        let poses = || batch.iter().map(|entry| &self.poses[entry.frame.get() as usize]);
         let SplitMaps { cloud, octree, mut things } = self.map.split();
         let map_clouds =
-            || views.clone().try_for_each(|(view, pose)| view.map_cloud(cloud, pose).map(|_| ()));
-        let map_octrees =
-            || views.clone().try_for_each(|(view, pose)| view.map_octree(octree, pose, context).map(|_| ()));
-        let map_things = || {
+            || views().zip(poses()).try_for_each(|(view, pose)| view.map_cloud(cloud, pose).map(|_| ()));
+        let map_others = || {
             let mut clock = StageClock::start();
-            let reports =
-                views.clone().map(|(view, pose)| view.map_things(&mut things, pose, context, &mut clock));
-            reports.collect::<Result<Vec<_>, _>>()
+            let reports = views().zip(poses()).map(|(view, pose)| {
+                view.map_octree(octree, pose, context)?;
+                view.map_things(&mut things, pose, context, &mut clock)
+            });
+            reports.collect::<Result<Vec<_>, Error>>()
         };
-        let ((clouds, octrees), (things, unpacked)) = crate::parallel::join(
-            || crate::parallel::join(map_clouds, map_octrees),
-            || crate::parallel::join(map_things, || unpack(log, following)),
-        );
-        clouds.and(octrees)?;
+        let (clouds, (things, unpacked)) = crate::parallel::join(map_clouds, || {
+            crate::parallel::join(map_others, || unpack(log, following))
+        });
+        clouds?;
         self.unpacked.extend(unpacked?);
         for (entry, (planes, objects)) in batch.iter().zip(things?) {
             let seen = SeenThings::of(&planes, &objects);
