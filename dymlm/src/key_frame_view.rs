@@ -71,7 +71,7 @@ impl<'a> KeyFrameView<'a> {
 
     /// Brings the key frame into all four maps: the second half of the paper's figure 2. `detect_planes` finds
     /// the frame's planes. Cloud and octree, which together take about as long as planes and objects, are built
-    /// beside these; the octree by whoever is free first.
+    /// beside these; the octree by the thread that is free first.
     pub(crate) fn map<'p>(
         &self,
         map: &mut MultiLevelMap,
