@@ -19,13 +19,7 @@ pub(crate) struct Subsampler {
 
 impl Subsampler {
     pub(crate) fn new(sensor: SensorModel) -> Self {
-        Self {
-            sensor,
-            frame: None,
-            readings: Vec::new(),
-            detections: Vec::new(),
-            sighted_points: Vec::new(),
-        }
+        Self { sensor, frame: None, readings: Vec::new(), detections: Vec::new(), sighted_points: Vec::new() }
     }
 
     /// The frame, its detections and its map points in the pixels that are used, with `clock_offset` seconds
