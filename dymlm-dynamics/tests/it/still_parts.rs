@@ -85,3 +85,42 @@ fn a_box_is_masked_whole() {
     let (is_static, _) = masks(MaskMode::Box, 0.02, 6.0);
     assert_eq!(shares(&is_static), [0.0, 0.0]);
 }
+
+/// Somebody behind a table, and the things on it, which reach more sides of the detector's box.
+const TORSO: [[usize; 2]; 2] = [[250, 320], [105, 220]];
+const THINGS: [[[usize; 2]; 2]; 3] =
+    [[[205, 245], [180, 300]], [[250, 300], [240, 300]], [[285, 330], [305, 330]]];
+
+/// What the camera reads of them before a wall at 4 m, while the person leans towards it by `lean` metres.
+fn table(timestamp: f64, lean: f64) -> Frame {
+    let camera = PinholeCamera::new(WIDTH, HEIGHT, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let depth = (0..WIDTH * HEIGHT).map(|i| {
+        let (u, v) = (i % WIDTH, i / WIDTH);
+        let is_thing = THINGS.into_iter().any(|thing| is_in(thing, u, v));
+        match (is_thing, is_in(TORSO, u, v)) {
+            (true, _) => 1.8,
+            (false, true) => (3.0 - lean) as f32,
+            _ => 4.0,
+        }
+    });
+    let depth = DepthImage::new(WIDTH, HEIGHT, depth.collect()).unwrap();
+    Frame::new(timestamp, camera, depth, None).unwrap()
+}
+
+#[test]
+fn who_sways_behind_things_that_stay_is_the_mover_of_the_box() {
+    let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
+    let sitter = BoundingBox::new(203.0, 100.0, 332.0, 332.0).unwrap();
+    let found = [Detection::new("person", 0.9, sitter).unwrap()];
+    for index in 0..=60 {
+        let time = f64::from(index) / FRAME_RATE;
+        let lean = 0.04 * (std::f64::consts::TAU * time / 3.0).sin();
+        preprocessor.process(&table(time, lean), Some(&found), &Pose::identity()).unwrap();
+    }
+    let (is_static, is_mover) = (preprocessor.static_mask(), preprocessor.mover_mask());
+    let at = |mask: &Mask, [[left, right], [top, bottom]]: [[usize; 2]; 2]| {
+        mask.at((left + right) / 2, (top + bottom) / 2)
+    };
+    assert!(!at(is_static, TORSO) && at(is_mover, TORSO), "the person is taken for static");
+    assert!(THINGS.into_iter().all(|thing| at(is_static, thing)), "things are taken for the person");
+}
