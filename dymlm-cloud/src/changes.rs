@@ -12,13 +12,11 @@ pub(crate) struct Change {
     pub(crate) slot: usize,
     /// 1 + the slot of its block of the evidence, or 0 as long as there is none.
     pub(crate) evidence: u32,
-    /// The voxels that are no ghosts; by their rank the weights, and how far they look for heavier ones,
-    /// voxels.
+    /// The voxels that are no ghosts, and their weights by rank.
     pub(crate) firm: Places,
     pub(crate) weights: Vec<f32>,
-    pub(crate) radii: Vec<f32>,
-    /// Those of these voxels that enough frames have read.
-    pub(crate) seen: CellBits,
+    /// Whether one of these voxels looks for heavier ones around.
+    pub(crate) looks_around: bool,
     /// Those of these voxels that have other readings or another verdict than before.
     pub(crate) voxels: CellBits,
     pub(crate) effect: Effect,

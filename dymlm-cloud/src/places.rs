@@ -69,17 +69,26 @@ impl Places {
             if bits == 0 {
                 continue;
             }
-            let (before, in_rows) = (usize::from(self.before[word]), sums_before(all));
+            // As long as no voxel is left out, each rank is the next.
+            let (before, is_whole, in_rows) = (usize::from(self.before[word]), bits == all, sums_before(all));
+            let mut next = before;
             while bits != 0 {
                 let place = bits.trailing_zeros();
                 bits &= bits - 1;
-                let (row, x) = (place & !7, place & 7);
-                let in_row = (all >> row) as u8 & ((1 << x) - 1);
-                let rank = before + (in_rows >> row & 0xFF) as usize + in_row.count_ones() as usize;
+                let rank = if is_whole { next } else { before + rank_in_word(all, in_rows, place) };
+                next += 1;
                 visit(64 * word + place as usize, rank);
             }
         }
     }
+}
+
+/// Number of ones of a word below a place; `in_rows`: [`sums_before`] of the word.
+#[inline]
+fn rank_in_word(word: u64, in_rows: u64, place: u32) -> usize {
+    let (row, x) = (place & !7, place & 7);
+    let in_row = (word >> row) as u8 & ((1 << x) - 1);
+    (in_rows >> row & 0xFF) as usize + in_row.count_ones() as usize
 }
 
 /// For each byte of a word the number of ones in the bytes below.

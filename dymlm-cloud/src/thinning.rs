@@ -1,14 +1,15 @@
 use crate::CloudMapConfig;
-use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
+use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block, for_each_bit};
 use crate::places::Places;
 use crate::weighting::Weighting;
 
 /// Farthest distance at which a voxel looks for heavier ones, voxels: not beyond the blocks around its own.
 const MAX_RADIUS: usize = BLOCK_SIDE;
 
-/// Cells along each side of a cube of a [`Window`].
-const CUBE: usize = 4;
-const CUBE_CELLS: usize = CUBE.pow(3);
+/// Columns of a [`Window`]; greatest number of its layers, and of their rows.
+const WINDOW_SIDE: usize = BLOCK_SIDE + 2 * MAX_RADIUS;
+/// By square, the root, rounded down.
+const ROOTS: [u8; MAX_RADIUS * MAX_RADIUS + 1] = roots();
 
 /// A voxel with less than this share of the weight of another within its radius is noise: at 1.4 standard
 /// deviations from a surface there is this share of the readings. A lower value leaves a thicker shell of
@@ -46,28 +47,30 @@ pub(crate) struct Candidate {
 }
 
 /// The weights of the static voxels in and around a block; 0 elsewhere.
-#[derive(Debug, Default)]
+///
+/// What lies within a radius of a voxel is a ball of discs, one a layer. The greatest weights in the cube
+/// around each ball, and in the square around each disc, are found once for all voxels of the block: most voxels
+/// need not look at weights one by one.
+#[derive(Debug)]
 pub(crate) struct Window {
     /// How far it reaches beyond the block, voxels.
     radius: usize,
     /// The least limit of the candidates.
     least_limit: f32,
-    /// x fastest, then y.
-    cubes: Vec<Cube>,
-    /// By cubes, and by cells within each; meaningless where a cube has no voxel.
-    weights: Vec<f32>,
-    /// Cubes with a weight that concerns a candidate, by that weight, the heaviest first.
-    heavy_cubes: Vec<(f32, [usize; 3])>,
+    /// By layers, which rows have a weight that concerns a candidate, by bits.
+    filled: [u32; WINDOW_SIDE],
+    /// The weights by rows, layer by layer.
+    rows: Vec<[f32; WINDOW_SIDE]>,
+    /// By rows, the greatest weight within the window's radius from each column of the block.
+    in_rows: Vec<Columns>,
+    /// By layers, the greatest weight in the square with this radius around each column and row of the block.
+    in_squares: [[Columns; BLOCK_SIDE]; WINDOW_SIDE],
+    /// The greatest weight in such a cube around each voxel of the block.
+    in_cubes: [[Columns; BLOCK_SIDE]; BLOCK_SIDE],
 }
 
-/// The voxels in a cube of a window.
-#[derive(Debug, Clone, Copy, Default)]
-struct Cube {
-    /// Their greatest weight.
-    heaviest: f32,
-    /// Their cells, by bits.
-    filled: u64,
-}
+/// A number for each column of a block.
+type Columns = [f32; BLOCK_SIDE];
 
 impl Thinning {
     pub(crate) fn new(config: &CloudMapConfig, weighting: Weighting) -> Self {
@@ -117,16 +120,34 @@ pub(crate) fn limit(weight: f32) -> f32 {
     weight / MIN_WEIGHT_SHARE
 }
 
+impl Default for Window {
+    fn default() -> Self {
+        Self {
+            radius: 0,
+            least_limit: 0.0,
+            filled: [0; WINDOW_SIDE],
+            rows: Vec::new(),
+            in_rows: Vec::new(),
+            in_squares: [Default::default(); WINDOW_SIDE],
+            in_cubes: Default::default(),
+        }
+    }
+}
+
 impl Window {
     /// Empties the window, and makes it wide enough for all candidates.
     pub(crate) fn reset(&mut self, candidates: &[Candidate]) {
+        self.for_each_filled(|window, row| {
+            window.rows[row] = [0.0; WINDOW_SIDE];
+            window.in_rows[row] = Columns::default();
+        });
+        self.filled = [0; WINDOW_SIDE];
         let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);
         self.radius = radius as usize;
         self.least_limit = candidates.iter().map(|candidate| candidate.limit).fold(f32::INFINITY, f32::min);
-        let cubes = self.cubes_along_axis().pow(3);
-        self.cubes.clear();
-        self.cubes.resize(cubes, Cube::default());
-        self.weights.resize(self.weights.len().max(cubes * CUBE_CELLS), 0.0);
+        let side = self.side();
+        self.rows.resize(self.rows.len().max(side * side), [0.0; WINDOW_SIDE]);
+        self.in_rows.resize(self.rows.len(), Columns::default());
     }
 
     /// Weights up to this concern no candidate.
@@ -148,93 +169,128 @@ impl Window {
             0 => 0..BLOCK_SIDE,
             _ => 0..self.radius,
         });
-        // Of the index of a weight, what each coordinate of a cell adds.
-        let along = self.cubes_along_axis();
-        let parts = [0, 1, 2].map(|axis| {
-            let first = self.radius.wrapping_add_signed(step[axis] as isize * BLOCK_SIDE as isize);
-            let (cubes, cells) = (along.pow(axis as u32), CUBE.pow(axis as u32));
-            std::array::from_fn::<usize, BLOCK_SIDE, _>(|c| {
-                // Cells outside the window may be below zero: they are left out.
-                let at = c.wrapping_add(first);
-                (at / CUBE).wrapping_mul(CUBE_CELLS * cubes).wrapping_add(at % CUBE * cells)
-            })
-        });
         let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
         let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
         let inside = columns & rows;
+        // The first cell of a block may lie before the window: then its coordinates wrap.
+        let first = |axis: usize, before: usize| {
+            before.wrapping_add_signed(step[axis] as isize * BLOCK_SIDE as isize)
+        };
+        let (first_x, side) = (first(0, MAX_RADIUS), self.side());
+        let (first_y, first_z) = (first(1, self.radius), first(2, self.radius));
         places.for_each_in(
             zs,
             |z| voxels[z] & inside,
             |place, rank| {
+                let weight = weight(rank);
+                if weight <= self.least_limit {
+                    return;
+                }
                 let [x, y, z] = cell_in_block(place).map(|c| c as usize);
-                let index = parts[0][x].wrapping_add(parts[1][y]).wrapping_add(parts[2][z]);
-                let (cube, cell) = (index / CUBE_CELLS, index % CUBE_CELLS);
-                if let (Some(cube), Some(entry)) = (self.cubes.get_mut(cube), self.weights.get_mut(index)) {
-                    *entry = weight(rank);
-                    cube.heaviest = cube.heaviest.max(*entry);
-                    cube.filled |= 1 << cell;
+                let (y, z) = (first_y.wrapping_add(y), first_z.wrapping_add(z));
+                let row = self.rows.get_mut(z * side + y);
+                if let Some(entry) = row.and_then(|row| row.get_mut(first_x + x)) {
+                    *entry = weight;
+                    self.filled[z] |= 1 << y;
                 }
             },
         );
     }
 
     /// To be called after the window is filled, before candidates ask it.
-    pub(crate) fn sort_cubes(&mut self) {
-        let along = self.cubes_along_axis();
-        let place = |index: usize| [index % along, index / along % along, index / along / along];
-        let heavy = self.cubes.iter().enumerate().filter(|(_, cube)| cube.heaviest > self.least_limit);
-        self.heavy_cubes.clear();
-        self.heavy_cubes.extend(heavy.map(|(index, cube)| (cube.heaviest, place(index))));
-        self.heavy_cubes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    pub(crate) fn find_heaviest(&mut self) {
+        self.for_each_filled(|window, row| {
+            let weights = &window.rows[row];
+            let mut heaviest = columns(weights, MAX_RADIUS);
+            for half in 1..=window.radius {
+                let (left, right) =
+                    (columns(weights, MAX_RADIUS - half), columns(weights, MAX_RADIUS + half));
+                heaviest = greater(heaviest, greater(left, right));
+            }
+            window.in_rows[row] = heaviest;
+        });
+        let (side, diameter) = (self.side(), 2 * self.radius);
+        for (layer, squares) in self.in_squares[..side].iter_mut().enumerate() {
+            let rows = &self.in_rows[layer * side..(layer + 1) * side];
+            *squares = std::array::from_fn(|y| {
+                let mut heaviest = Columns::default();
+                let filled = self.filled[layer] >> y & ((2 << diameter) - 1);
+                for_each_bit([filled.into()], |row| heaviest = greater(heaviest, rows[y + row]));
+                heaviest
+            });
+        }
+        let layers = &self.in_squares;
+        let cube = |z: usize, y: usize| greatest(layers[z..=z + diameter].iter().map(|squares| squares[y]));
+        self.in_cubes = std::array::from_fn(|z| std::array::from_fn(|y| cube(z, y)));
     }
 
-    /// Whether a candidate is noise: whether a voxel within its radius weighs more than its limit. Only cubes
-    /// with such a voxel are searched, and most candidates on a surface have none.
+    /// Whether a candidate is noise: whether a voxel within its radius weighs more than its limit.
     pub(crate) fn is_noise(&self, candidate: &Candidate) -> bool {
-        let center = cell_in_block(candidate.place).map(|c| c as usize + self.radius);
-        let mut heavier = self.heavy_cubes.iter().take_while(|(heaviest, _)| *heaviest > candidate.limit);
-        heavier.any(|(_, cube)| self.cube_has_heavier(*cube, center, candidate))
-    }
-
-    /// Whether a voxel of a cube, within the candidate's radius from its centre, weighs more than its limit.
-    fn cube_has_heavier(&self, place: [usize; 3], center: [usize; 3], candidate: &Candidate) -> bool {
-        let reach = candidate.radius * candidate.radius;
-        let first = place.map(|c| CUBE * c);
-        let squared = |axis: usize, c: usize| c.abs_diff(center[axis]).pow(2);
-        let nearest = |axis: usize| squared(axis, center[axis].clamp(first[axis], first[axis] + CUBE - 1));
-        if (nearest(0) + nearest(1) + nearest(2)) as f32 > reach {
+        let [x, y, z] = cell_in_block(candidate.place).map(|c| c as usize);
+        if self.in_cubes[z][y][x] <= candidate.limit {
             return false;
         }
-        let index = index(place, self.cubes_along_axis());
-        let weights = &self.weights[cells_of(index)];
-        let mut left = self.cubes[index].filled;
-        while left != 0 {
-            let cell = left.trailing_zeros() as usize;
-            left &= left - 1;
-            if weights[cell] > candidate.limit {
-                let (x, y, z) = (cell % CUBE, cell / CUBE % CUBE, cell / CUBE / CUBE);
-                let squared = squared(0, first[0] + x) + squared(1, first[1] + y) + squared(2, first[2] + z);
-                if squared as f32 <= reach {
-                    return true;
-                }
-            }
+        let (middle, reach) = (z + self.radius, (candidate.radius * candidate.radius) as usize);
+        (middle - root(reach)..=middle + root(reach)).any(|layer| {
+            let left = reach - layer.abs_diff(middle).pow(2);
+            self.in_squares[layer][y][x] > candidate.limit
+                && self.disc_has_heavier([x, y, layer], left, candidate.limit)
+        })
+    }
+
+    /// Whether a voxel weighs more than a limit in the disc around a column and row of the block, in a layer;
+    /// `reach`: the square of the disc's radius.
+    fn disc_has_heavier(&self, [x, y, layer]: [usize; 3], reach: usize, limit: f32) -> bool {
+        let middle = y + self.radius;
+        (middle - root(reach)..=middle + root(reach)).any(|row| {
+            let half = root(reach - row.abs_diff(middle).pow(2));
+            let columns = MAX_RADIUS + x - half..=MAX_RADIUS + x + half;
+            self.rows[layer * self.side() + row][columns].iter().any(|weight| *weight > limit)
+        })
+    }
+
+    /// Calls `visit` with the window and each row that has a weight.
+    fn for_each_filled(&mut self, mut visit: impl FnMut(&mut Self, usize)) {
+        let side = self.side();
+        for layer in 0..side {
+            for_each_bit([self.filled[layer].into()], |row| visit(self, layer * side + row));
         }
-        false
     }
 
-    fn cubes_along_axis(&self) -> usize {
-        (BLOCK_SIDE + 2 * self.radius).div_ceil(CUBE)
+    /// Number of layers, and of rows in each.
+    fn side(&self) -> usize {
+        BLOCK_SIDE + 2 * self.radius
     }
 }
 
-/// The cells of a cube among the weights of a window.
-fn cells_of(cube: usize) -> std::ops::Range<usize> {
-    CUBE_CELLS * cube..CUBE_CELLS * (cube + 1)
+/// The weights of so many columns as a block has, from one of a row on.
+fn columns(weights: &[f32; WINDOW_SIDE], first: usize) -> Columns {
+    weights[first..].first_chunk().copied().unwrap_or_default()
 }
 
-/// The place of a cell, or cube, among so many along each axis.
-fn index([x, y, z]: [usize; 3], side: usize) -> usize {
-    (z * side + y) * side + x
+/// The greater of two weights, by columns. Unlike `f32::max`, this is one instruction for four of them.
+fn greater(a: Columns, b: Columns) -> Columns {
+    std::array::from_fn(|x| if a[x] > b[x] { a[x] } else { b[x] })
+}
+
+/// The greatest of some weights, by columns.
+fn greatest(weights: impl Iterator<Item = Columns>) -> Columns {
+    weights.fold(Columns::default(), greater)
+}
+
+/// The root of a square up to that of the greatest radius, rounded down.
+fn root(square: usize) -> usize {
+    usize::from(ROOTS[square])
+}
+
+const fn roots() -> [u8; MAX_RADIUS * MAX_RADIUS + 1] {
+    let mut roots = [0; MAX_RADIUS * MAX_RADIUS + 1];
+    let mut square = 0;
+    while square < roots.len() {
+        roots[square] = square.isqrt() as u8;
+        square += 1;
+    }
+    roots
 }
 
 #[cfg(test)]
@@ -243,17 +299,12 @@ mod tests {
 
     use super::*;
 
-    /// All cells of the window, one by one.
-    fn has_heavier(window: &Window, candidate: &Candidate) -> bool {
-        let center = cell_in_block(candidate.place).map(|c| c as usize + window.radius);
-        let along = window.cubes_along_axis();
-        (0..(CUBE * along).pow(3)).any(|cell| {
-            let at = [cell, cell / (CUBE * along), cell / (CUBE * along).pow(2)].map(|c| c % (CUBE * along));
-            let (cube, within) = (index(at.map(|c| c / CUBE), along), index(at.map(|c| c % CUBE), CUBE));
-            let squared: usize = (0..3).map(|axis| at[axis].abs_diff(center[axis]).pow(2)).sum();
-            window.cubes[cube].filled & (1 << within) != 0
-                && window.weights[cells_of(cube)][within] > candidate.limit
-                && squared as f32 <= candidate.radius * candidate.radius
+    /// Looks at all voxels, one by one; `voxels`: cells from the lowest corner of the block, and weights.
+    fn has_heavier(voxels: &[([i32; 3], f32)], candidate: &Candidate) -> bool {
+        let center = cell_in_block(candidate.place);
+        voxels.iter().any(|&(cell, weight)| {
+            let squared: i32 = (0..3).map(|axis| (cell[axis] - center[axis]).pow(2)).sum();
+            weight > candidate.limit && squared as f32 <= candidate.radius * candidate.radius
         })
     }
 
@@ -270,17 +321,24 @@ mod tests {
                 })
                 .collect();
             window.reset(&candidates);
+            let mut filled = Vec::new();
             let all = [u64::MAX; 8];
             for step in (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]) {
                 // From a voxel in hundreds to every tenth.
                 let share = 0.1 * f64::from(turn % 20) / 20.0;
                 let voxels =
                     all.map(|_| (0..64).fold(0, |bits, i| bits | u64::from(random.fraction() < share) << i));
-                window.fill(step, &Places::new(voxels), &voxels, |rank| (rank % 11) as f32);
+                let places = Places::new(voxels);
+                let weight = |rank: usize| (rank % 11) as f32;
+                window.fill(step, &places, &voxels, weight);
+                places.for_each(&voxels, |place, rank| {
+                    let cell = cell_in_block(place);
+                    filled.push(([0, 1, 2].map(|axis| 8 * step[axis] + cell[axis]), weight(rank)));
+                });
             }
-            window.sort_cubes();
+            window.find_heaviest();
             for candidate in &candidates {
-                let heavier = has_heavier(&window, candidate);
+                let heavier = has_heavier(&filled, candidate);
                 assert_eq!(window.is_noise(candidate), heavier, "{candidate:?}");
                 found += usize::from(heavier);
             }

@@ -70,11 +70,14 @@ impl Voxel {
 
     /// Weighted mean position, metres, of the voxel at lattice coordinates `cell`.
     pub(crate) fn mean_position(&self, cell: [i32; 3], voxel_size: f64) -> Point {
-        let weight = self.sums.weight.max(1) as f64;
-        std::array::from_fn(|axis| {
-            let within = self.sums.position[axis] as f64 / weight / f64::from(SUBVOXELS);
-            ((f64::from(cell[axis]) + within) * voxel_size) as f32
-        })
+        let within = self.mean_within();
+        [0, 1, 2].map(|axis| ((f64::from(cell[axis]) + within[axis]) * voxel_size) as f32)
+    }
+
+    /// Weighted mean position from the voxel's lowest corner, voxels.
+    pub(crate) fn mean_within(&self) -> [f64; 3] {
+        let weight = to_f64(self.sums.weight.max(1));
+        self.sums.position.map(|sum| to_f64(sum) / weight / f64::from(SUBVOXELS))
     }
 
     /// Weighted mean colour of the readings that had one; `None` when none had.
@@ -82,4 +85,11 @@ impl Voxel {
         let weight = self.sums.weight.wrapping_sub(self.sums.uncolored);
         (weight > 0).then(|| self.sums.color.map(|sum| (sum.wrapping_add(weight / 2) / weight) as u8))
     }
+}
+
+/// A sum of a voxel that is not overdrawn.
+#[inline]
+pub(crate) fn to_f64(sum: u64) -> f64 {
+    // A cast of a signed number is one instruction.
+    sum as i64 as f64
 }

@@ -106,6 +106,10 @@ impl Frame {
         &self.depth
     }
 
+    pub(crate) fn depth_mut(&mut self) -> &mut DepthImage {
+        &mut self.depth
+    }
+
     /// The colour image, if there is one.
     #[inline]
     pub fn color(&self) -> Option<&ColorImage> {

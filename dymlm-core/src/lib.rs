@@ -51,6 +51,7 @@ mod plane;
 mod point;
 mod point_cloud;
 mod pose;
+mod range_end;
 mod rectifier;
 mod run_lengths;
 #[cfg(feature = "state")]

@@ -40,7 +40,11 @@ impl BlockDepths {
             for column in self.first[0]..self.first[0] + self.columns {
                 let [left, top] = [column, row].map(|c| c * self.side);
                 let is_wanted = is_wanted(left + self.side / 2, top + self.side / 2);
-                self.depths.push(if is_wanted { mean([left, top], self.side, depth, sensor) } else { 0.0 });
+                self.depths.push(if is_wanted {
+                    mean_depth([left, top], self.side, depth, sensor)
+                } else {
+                    0.0
+                });
             }
         }
     }
@@ -140,8 +144,13 @@ impl BlockDepths {
     }
 }
 
-/// The mean of those readings in a square that are about as deep as the reading in its middle.
-fn mean([left, top]: [usize; 2], side: usize, depth: &DepthImage, sensor: &SensorModel) -> f32 {
+/// The mean of those readings in a square that are about as deep as the reading in its middle; 0 = no reading.
+pub(crate) fn mean_depth(
+    [left, top]: [usize; 2],
+    side: usize,
+    depth: &DepthImage,
+    sensor: &SensorModel,
+) -> f32 {
     let (columns, rows) = (left..(left + side).min(depth.width()), top..(top + side).min(depth.height()));
     let around = depth.at(left + side / 2, top + side / 2);
     if around <= 0.0 {

@@ -7,6 +7,18 @@ use crate::block_depths::BlockDepths;
 /// residue of `fresh_90417_sitting_0` .35 to .68 %.)
 const AGES: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0, 32.0];
 
+/// Accuracy of poses and of places interpolated between readings, metres. A lower value takes pose errors for
+/// motion, a higher one misses the sway of somebody near the camera.
+pub(crate) const EVENNESS: f64 = 0.004;
+/// Time over which a part must be known to have been still, seconds. A lower value takes a thigh that rests
+/// between two movements for a part of the chair, a higher one keeps chairs out of the map for longer
+/// (`as_long_as_nothing_has_moved_all_is_the_movers`).
+pub(crate) const WATCHED: f64 = 4.0;
+/// Largest difference of depth at which a block has not moved, as a share of a reading's tolerance: one
+/// standard deviation of a single reading, several of a block's mean. A lower value takes noise for motion, a
+/// higher one takes a sway of 2 cm for noise (`a_seat_is_static_while_who_sits_on_it_sways`).
+const OFF: f64 = 1.0 / 3.0;
+
 /// Coarse depth images of the last half minute, with the poses from which they were taken.
 ///
 /// After half a minute nothing more is allocated.
@@ -76,6 +88,25 @@ impl PastView {
     /// The transformation from another camera's frame to the view's.
     pub(crate) fn view_from(&self, world_from_camera: &Pose) -> Pose {
         self.camera_from_world * *world_from_camera
+    }
+
+    /// Whether a surface that is read at a place (in the view's frame) was not there in the view; `None` when
+    /// the view cannot tell.
+    pub(crate) fn has_moved(&self, place: [f64; 3], sensor: &SensorModel) -> Option<bool> {
+        let limit = OFF * sensor.tolerance(place[2] as f32, EVENNESS);
+        self.displacement(place, sensor).map(|displacement| displacement.abs() > limit)
+    }
+
+    /// How far behind a place (in the view's frame, metres) the view has read a surface: infinite when it has
+    /// looked through the place, `None` when it cannot tell.
+    pub(crate) fn displacement(&self, place: [f64; 3], sensor: &SensorModel) -> Option<f64> {
+        let tolerance = sensor.tolerance(place[2] as f32, EVENNESS);
+        let reading = self.reading_of(place, tolerance)?;
+        match Visibility::of_reading(reading, place[2], tolerance) {
+            Visibility::Present => Some(reading - place[2]),
+            Visibility::Absent => Some(f64::INFINITY),
+            Visibility::OutOfView | Visibility::NoReading | Visibility::Occluded => None,
+        }
     }
 
     /// The reading at a place in the view's frame, 0 = no reading; `None` when the place is out of view.

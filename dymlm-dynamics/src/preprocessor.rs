@@ -145,7 +145,7 @@ impl Preprocessor {
         Self::check(frame, found)?;
         self.tracker.check_time(frame.timestamp())?;
         self.track(frame, detections, world_from_camera)?;
-        self.find_foregrounds(frame, found)?;
+        self.find_foregrounds(frame, found, world_from_camera)?;
         self.remember_depths();
         self.compensate_misses();
         self.correct_boxes(frame);
@@ -200,7 +200,14 @@ impl Preprocessor {
     }
 
     /// Finds the foreground in each mover's box.
-    fn find_foregrounds(&mut self, frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
+    fn find_foregrounds(
+        &mut self,
+        frame: &Frame,
+        detections: &[Detection],
+        world_from_camera: &Pose,
+    ) -> Result<(), Error> {
+        let compared =
+            ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
         self.boxes.refill(frame.camera().width(), frame.camera().height(), false)?;
         for mover in &self.movers {
             self.boxes.fill_box(&mover.bounding_box, true);
@@ -209,7 +216,7 @@ impl Preprocessor {
         for (own, foreground) in self.foregrounds.iter_mut().enumerate().take(self.movers.len()) {
             let instance_mask = instance_mask(&self.movers[own], detections);
             let search = ForegroundSearch { mover: &self.movers[own], boxes: &self.boxes, instance_mask };
-            self.finder.find(frame, &search, foreground);
+            self.finder.find(&compared, &search, foreground);
         }
         Ok(())
     }

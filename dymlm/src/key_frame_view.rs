@@ -29,25 +29,18 @@ pub(crate) struct MappingContext<'a> {
     pub(crate) mover_labels: &'a [String],
 }
 
-/// The maps that do not depend on the cloud, so that they can be built in parallel with it.
-pub(crate) struct OtherMaps<'a> {
+/// The maps in three parts, none of which reads another while a key frame is mapped, so that they can be built
+/// at the same time.
+pub(crate) struct SplitMaps<'a> {
+    pub(crate) cloud: &'a mut CloudMap,
     pub(crate) octree: &'a mut Octree,
+    pub(crate) things: ThingMaps<'a>,
+}
+
+/// The maps of planes and of objects; objects stand on planes.
+pub(crate) struct ThingMaps<'a> {
     pub(crate) planes: &'a mut PlaneMap,
     pub(crate) objects: &'a mut ObjectMapper,
-}
-
-/// What a key frame has brought into these maps.
-pub(crate) struct OtherUpdates {
-    octree: InsertReport,
-    planes: PlaneReport,
-    objects: ObjectReport,
-}
-
-impl OtherUpdates {
-    pub(crate) fn with_cloud(self, cloud: CloudFrameReport) -> MapUpdate {
-        let Self { octree, planes, objects } = self;
-        MapUpdate { cloud, octree, planes, objects }
-    }
 }
 
 impl<'a> KeyFrameView<'a> {
@@ -77,7 +70,8 @@ impl<'a> KeyFrameView<'a> {
     }
 
     /// Brings the key frame into all four maps: the second half of the paper's figure 2. `detect_planes` finds
-    /// the frame's planes. The cloud, which takes about as long as all else, runs beside the others.
+    /// the frame's planes. Cloud and octree, which together take about as long as planes and objects, are built
+    /// beside these; the octree by the thread that is free first.
     pub(crate) fn map<'p>(
         &self,
         map: &mut MultiLevelMap,
@@ -86,20 +80,21 @@ impl<'a> KeyFrameView<'a> {
         clock: &mut StageClock,
         detect_planes: impl FnOnce() -> Result<&'p [DetectedPlane], Error> + Send,
     ) -> Result<MapUpdate, Error> {
-        let (cloud, mut others) = map.split();
-        let ((cloud, taken), others) = crate::parallel::join(
-            || timed(|| self.map_cloud(cloud, world_from_camera)),
-            || {
-                let planes = clock.time(Stage::PlaneDetection, detect_planes)?;
-                KeyFrameView { planes, ..*self }.map_others(&mut others, world_from_camera, context, clock)
-            },
-        );
-        clock.note(Stage::Cloud, taken);
-        let (cloud, mut update) = (cloud?, others?);
+        let SplitMaps { cloud, octree, mut things } = map.split();
+        let map_cloud = || timed(|| self.map_cloud(cloud, world_from_camera));
+        let map_octree = || timed(|| self.map_octree(octree, world_from_camera, context));
+        let map_things = || {
+            let planes = clock.time(Stage::PlaneDetection, detect_planes)?;
+            KeyFrameView { planes, ..*self }.map_things(&mut things, world_from_camera, context, clock)
+        };
+        let ((cloud, octree), things) =
+            crate::parallel::join(|| crate::parallel::join(map_cloud, map_octree), map_things);
+        let (cloud, octree) = (clock.note(Stage::Cloud, cloud)?, clock.note(Stage::Octree, octree)?);
+        let (planes, mut objects) = things?;
         let time = self.frame.timestamp();
         let gone = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(time));
-        update.objects.removed.extend(gone);
-        Ok(update.with_cloud(cloud))
+        objects.removed.extend(gone);
+        Ok(MapUpdate { cloud, octree, planes, objects })
     }
 
     /// Brings the key frame into the cloud.
@@ -113,22 +108,30 @@ impl<'a> KeyFrameView<'a> {
         Ok(cloud.insert(self.frame, Some(masks), world_from_camera)?)
     }
 
-    /// Brings the key frame into the other maps, one step a line; none of them reads the cloud.
-    pub(crate) fn map_others(
+    /// Brings the key frame into the octree.
+    pub(crate) fn map_octree(
         &self,
-        maps: &mut OtherMaps<'_>,
+        octree: &mut Octree,
+        world_from_camera: &Pose,
+        context: &MappingContext<'_>,
+    ) -> Result<InsertReport, Error> {
+        Ok(octree.insert_depth(self.frame, context.sensor, Some(self.static_mask), world_from_camera)?)
+    }
+
+    /// Brings the key frame's planes into their map, then its objects, which stand on them.
+    pub(crate) fn map_things(
+        &self,
+        maps: &mut ThingMaps<'_>,
         world_from_camera: &Pose,
         context: &MappingContext<'_>,
         clock: &mut StageClock,
-    ) -> Result<OtherUpdates, Error> {
-        let OtherMaps { octree, planes, objects } = maps;
-        let (frame, mask, pose) = (self.frame, Some(self.static_mask), world_from_camera);
-        let view = self.object_view(pose, context)?;
-        Ok(OtherUpdates {
-            octree: clock.time(Stage::Octree, || octree.insert_depth(frame, context.sensor, mask, pose))?,
-            planes: clock.time(Stage::PlaneMap, || planes.insert(self.planes, frame, pose))?,
-            objects: clock.time(Stage::Objects, || objects.insert(&view, &MappedPlanes(planes)))?,
-        })
+    ) -> Result<(PlaneReport, ObjectReport), Error> {
+        let ThingMaps { planes, objects } = maps;
+        let view = self.object_view(world_from_camera, context)?;
+        Ok((
+            clock.time(Stage::PlaneMap, || planes.insert(self.planes, self.frame, world_from_camera))?,
+            clock.time(Stage::Objects, || objects.insert(&view, &MappedPlanes(planes)))?,
+        ))
     }
 
     /// The frame as the object map takes it in: its static pixels, and the detections of things that are no

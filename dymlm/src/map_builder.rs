@@ -69,7 +69,7 @@ impl MapBuilder {
             preprocessor: Preprocessor::new(config.dynamics.clone(), config.sensor)?,
             plane_detector: PlaneDetector::new(&config.planes.detector, &config.sensor)?,
             key_frames: KeyFrames::new(config.key_frames)?,
-            subsampler: Subsampler::new(config.sensor.stride),
+            subsampler: Subsampler::new(config.sensor),
             waiting: WaitingFrames::default(),
             snapshots: Snapshots::default(),
             clock: SessionClock::default(),

@@ -7,7 +7,7 @@ use dymlm_octree::Octree;
 use dymlm_planes::PlaneMap;
 
 use crate::ghost_removal::GhostRemoval;
-use crate::key_frame_view::OtherMaps;
+use crate::key_frame_view::{SplitMaps, ThingMaps};
 use crate::past::Past;
 use crate::{Error, MapConfig, Revision};
 
@@ -90,10 +90,10 @@ impl MultiLevelMap {
         self.revision.0 += 1;
     }
 
-    /// The cloud, and the maps that can be built in parallel with it.
-    pub(crate) fn split(&mut self) -> (&mut CloudMap, OtherMaps<'_>) {
+    /// The maps in parts that can be built at the same time.
+    pub(crate) fn split(&mut self) -> SplitMaps<'_> {
         let Self { cloud, octree, planes, objects, .. } = self;
-        (cloud, OtherMaps { octree, planes, objects })
+        SplitMaps { cloud, octree, things: ThingMaps { planes, objects } }
     }
 
     /// Checks that the maps would take a frame from this pose, before any of them changes. The octree takes a

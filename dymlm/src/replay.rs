@@ -4,7 +4,7 @@ use std::sync::Arc;
 use dymlm_core::{FrameId, Pages, Pose};
 use dymlm_history::Observation;
 
-use crate::key_frame_view::{KeyFrameView, MappingContext};
+use crate::key_frame_view::{KeyFrameView, MappingContext, SplitMaps};
 use crate::map_pager::MapPager;
 use crate::scans::{Scan, ScanMapper};
 use crate::session_log::{Event, KeyFrameEntry, SeenThings, SessionLog};
@@ -126,22 +126,24 @@ impl<'a> Replay<'a> {
         let following = self.next_key_frames(end).take(batch.len() + MOST_AT_A_TIME).skip(known).collect();
         let views = || observations.iter().map(|observation| KeyFrameView::of(observation));
         let poses = || batch.iter().map(|entry| &self.poses[entry.frame.get() as usize]);
-        let (cloud, mut others) = self.map.split();
-        let map_clouds = || views().zip(poses()).map(|(view, pose)| view.map_cloud(cloud, pose)).collect();
+        let SplitMaps { cloud, octree, mut things } = self.map.split();
+        let map_clouds =
+            || views().zip(poses()).try_for_each(|(view, pose)| view.map_cloud(cloud, pose).map(|_| ()));
         let map_others = || {
             let mut clock = StageClock::start();
-            let updates = views()
-                .zip(poses())
-                .map(|(view, pose)| view.map_others(&mut others, pose, context, &mut clock));
-            updates.collect()
-        };
-        let (clouds, (updates, unpacked)): (Result<Vec<_>, _>, (Result<Vec<_>, _>, _)) =
-            crate::parallel::join(map_clouds, || {
-                crate::parallel::join(map_others, || unpack(log, following))
+            let reports = views().zip(poses()).map(|(view, pose)| {
+                view.map_octree(octree, pose, context)?;
+                view.map_things(&mut things, pose, context, &mut clock)
             });
+            reports.collect::<Result<Vec<_>, Error>>()
+        };
+        let (clouds, (things, unpacked)) = crate::parallel::join(map_clouds, || {
+            crate::parallel::join(map_others, || unpack(log, following))
+        });
+        clouds?;
         self.unpacked.extend(unpacked?);
-        for ((entry, cloud), update) in batch.iter().zip(clouds?).zip(updates?) {
-            let seen = SeenThings::of(&update.with_cloud(cloud));
+        for (entry, (planes, objects)) in batch.iter().zip(things?) {
+            let seen = SeenThings::of(&planes, &objects);
             self.events.push(Event::KeyFrame(KeyFrameEntry { seen, ..KeyFrameEntry::clone(entry) }));
         }
         if let Some(last) = observations.last() {

@@ -4,6 +4,8 @@ use std::sync::Arc;
 use dymlm_core::{FrameId, ObjectId, Pages, PlaneId, Point, Pose, Succession};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
+use dymlm_objects::ObjectReport;
+use dymlm_planes::PlaneReport;
 
 use crate::logged_sessions::Session;
 use crate::witnesses::Witnesses;
@@ -227,8 +229,8 @@ impl SeenThings {
             + self.objects.capacity() * size_of::<(usize, ObjectId)>()
     }
 
-    pub(crate) fn of(update: &MapUpdate) -> Self {
-        Self { planes: update.planes.associations.clone(), objects: update.objects.observed.clone() }
+    pub(crate) fn of(planes: &PlaneReport, objects: &ObjectReport) -> Self {
+        Self { planes: planes.associations.clone(), objects: objects.observed.clone() }
     }
 
     /// For each plane of an observation, its ids in two maps.
@@ -280,7 +282,8 @@ impl SessionLog {
         update: &MapUpdate,
     ) {
         let observation = self.history.push(observation);
-        self.events.push(Event::KeyFrame(KeyFrameEntry { frame, observation, seen: SeenThings::of(update) }));
+        let seen = SeenThings::of(&update.planes, &update.objects);
+        self.events.push(Event::KeyFrame(KeyFrameEntry { frame, observation, seen }));
     }
 
     /// Logs a scan that has been mapped.

@@ -58,7 +58,8 @@ impl Stage {
 }
 
 /// How long each step of one insertion took, by the system's clock: no map depends on it. With the feature
-/// `parallel` the cloud is mapped beside the other maps, so the steps may add up to more than the whole.
+/// `parallel` cloud and octree are built beside planes and objects, so the steps may add up to more than the
+/// whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StageTimes {
     times: [Duration; STAGES],
@@ -98,14 +99,13 @@ impl StageClock {
 
     /// Runs one step and notes how long it took.
     pub(crate) fn time<T>(&mut self, stage: Stage, step: impl FnOnce() -> T) -> T {
-        let (result, taken) = timed(step);
-        self.note(stage, taken);
-        result
+        self.note(stage, timed(step))
     }
 
-    /// Notes how long a step took.
-    pub(crate) fn note(&mut self, stage: Stage, taken: Duration) {
+    /// Notes how long a [timed] step took; returns its result.
+    pub(crate) fn note<T>(&mut self, stage: Stage, (result, taken): (T, Duration)) -> T {
         self.times.times[stage as usize] = taken;
+        result
     }
 
     pub(crate) fn finish(mut self) -> StageTimes {

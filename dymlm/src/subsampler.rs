@@ -1,22 +1,25 @@
-use dymlm_core::{Detection, Frame};
+use dymlm_core::{Detection, Frame, SensorModel};
 use dymlm_dynamics::Mover;
 use dymlm_objects::SightedPoint;
 
 use crate::{Error, FrameInput};
 
-/// Takes every `stride`-th pixel of every `stride`-th row of a frame, and moves its time to the maps' clock:
-/// once, before any step, so that no step knows of a stride or of sessions.
+/// Takes every `stride`-th pixel of every `stride`-th row of a frame, settles the readings at the end of the
+/// sensor's range, and moves the frame's time to the maps' clock: once, before any step, so that no step knows
+/// of a stride or of sessions.
 #[derive(Debug, Clone)]
 pub(crate) struct Subsampler {
-    stride: usize,
+    sensor: SensorModel,
     frame: Option<Frame>,
+    /// A buffer for depths.
+    readings: Vec<f32>,
     detections: Vec<Detection>,
     sighted_points: Vec<SightedPoint>,
 }
 
 impl Subsampler {
-    pub(crate) fn new(stride: usize) -> Self {
-        Self { stride, frame: None, detections: Vec::new(), sighted_points: Vec::new() }
+    pub(crate) fn new(sensor: SensorModel) -> Self {
+        Self { sensor, frame: None, readings: Vec::new(), detections: Vec::new(), sighted_points: Vec::new() }
     }
 
     /// The frame, its detections and its map points in the pixels that are used, with `clock_offset` seconds
@@ -26,8 +29,8 @@ impl Subsampler {
         input: &FrameInput<'a>,
         clock_offset: f64,
     ) -> Result<FrameInput<'a>, Error> {
-        let stride = self.stride;
-        if stride == 1 && clock_offset == 0.0 {
+        let stride = self.sensor.stride;
+        if stride == 1 && clock_offset == 0.0 && !input.frame.reaches_range_end(&self.sensor) {
             return Ok(*input);
         }
         let mut smaller = match self.frame.take() {
@@ -38,6 +41,7 @@ impl Subsampler {
             None => input.frame.subsampled(stride)?,
         };
         smaller.set_timestamp(smaller.timestamp() + clock_offset)?;
+        smaller.settle_range_end(&self.sensor, &mut self.readings);
         let found = input.detections();
         self.detections.clear();
         self.detections.extend(found.unwrap_or(&[]).iter().map(|detection| detection.subsampled(stride)));

@@ -31,6 +31,8 @@ pub struct CloudPager {
     judged: u32,
     /// Bytes of the map when it had been judged.
     bytes: usize,
+    /// Bytes that its static cloud took then, beside the one before: both are there while it is judged.
+    judging_bytes: usize,
 }
 
 #[derive(Debug)]
@@ -57,6 +59,7 @@ impl CloudPager {
             due: VecDeque::new(),
             judged: 0,
             bytes: 0,
+            judging_bytes: 0,
         })
     }
 
@@ -95,9 +98,11 @@ impl CloudPager {
         if let Some((revision, mut kept)) = judged {
             self.judged = revision;
             kept.page_out_like(&map.kept);
+            self.judging_bytes = kept.memory_bytes_beside(Some(&map.kept));
             map.kept.adopt(&kept);
         }
-        let bytes = map.memory_bytes();
+        // Judging will take about as much again as the last time.
+        let bytes = map.memory_bytes() + self.judging_bytes;
         self.due.clear();
         if is_judged {
             self.bytes = bytes;

@@ -21,7 +21,7 @@ use crate::changes::Changes;
 use crate::paging::record;
 use crate::slot_index::KeyHasher;
 use crate::thinning::looks_around;
-use crate::voxel::{SUBVOXELS, Voxel};
+use crate::voxel::Voxel;
 use crate::voxel_block::VoxelBlock;
 
 /// A point of the static cloud, in its block.
@@ -278,11 +278,8 @@ pub(super) fn means(source: Source<'_>, slot: usize, statics: &CellBits) -> Vec<
 
 /// The mean position of a voxel's readings, voxels, from the middle of its block.
 fn from_middle(voxel: &Voxel, place: usize) -> [f64; 3] {
-    let (weight, cell) = (voxel.sums.weight.max(1) as f64, cell_in_block(place));
-    std::array::from_fn(|axis| {
-        let within = voxel.sums.position[axis] as f64 / weight / f64::from(SUBVOXELS);
-        f64::from(cell[axis]) + within - HALF_BLOCK
-    })
+    let (within, cell) = (voxel.mean_within(), cell_in_block(place));
+    [0, 1, 2].map(|axis| f64::from(cell[axis]) + within[axis] - HALF_BLOCK)
 }
 
 /// A voxel, as a point at its mean.

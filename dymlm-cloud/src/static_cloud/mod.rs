@@ -20,6 +20,11 @@ use block::{Asked, StaticBlock};
 use fusion::{Layer, Renewal, Renewals};
 pub(crate) use surface::Moments;
 
+/// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for all
+/// blocks of a map that is read for the first time would be a third of the map again. A frame changes fewer
+/// blocks, so that its changes are taken in at once: what lies beside a batch is worked out twice.
+const BATCH: usize = 1 << 14;
+
 /// The static part of the map, block by block, as of the last query: without ghosts, and without
 /// [noise](Thinning).
 ///
@@ -83,20 +88,39 @@ impl StaticCloud {
 
     /// Takes in what has changed since the last call.
     pub(crate) fn refresh(&mut self, source: Source<'_>) {
+        self.refresh_by(source, BATCH);
+    }
+
+    /// Takes in what has changed since the last call, so many blocks at a time.
+    fn refresh_by(&mut self, source: Source<'_>, batch: usize) {
         self.take_in_new(source.voxels);
-        let changes = self.changes(source);
+        let slots = self.changed_slots(source);
+        // The points of a block that waits are those of voxels that it still has.
+        let batch = if self.has_lost_voxels(source) { slots.len() } else { batch };
+        for slots in slots.chunks(batch.max(1)) {
+            self.take_in_changes(source, &self.changes(source, slots));
+        }
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
-        let filled = self.take_in(source, &changes);
-        let judged = self.judge_all(source, &changes);
+    }
+
+    /// Whether voxels may have gone since the last call.
+    fn has_lost_voxels(&self, source: Source<'_>) -> bool {
+        let mut changed = source.voxels.stamps().after(self.stamp);
+        changed.any(|slot| source.voxels.blocks()[slot].look().lowered > self.stamp)
+    }
+
+    fn take_in_changes(&mut self, source: Source<'_>, changes: &Changes) {
+        let filled = self.take_in(source, changes);
+        let judged = self.judge_all(source, changes);
         let mut renewals = Renewals::default();
         for (slot, statics) in judged {
             let Some(block) = self.blocks.get_mut(slot).and_then(Paged::to_mut) else { continue };
             renewals.note(slot, std::mem::replace(&mut block.statics, statics));
         }
         if source.fuses {
-            self.fuse(source, &changes, &filled, &mut renewals);
+            self.fuse(source, changes, &filled, &mut renewals);
         }
-        self.renew_points(source, &changes, renewals);
+        self.renew_points(source, changes, renewals);
     }
 
     /// Takes in which voxels are no ghosts; returns the slots of the blocks that have got the first of these,
@@ -111,7 +135,7 @@ impl StaticCloud {
             let was_empty = block.is_empty();
             block.firm = *change.firm.cells();
             block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
-            block.looks_around = change.radii.iter().any(|&radius| looks_around(radius));
+            block.looks_around = change.looks_around;
             if source.fuses {
                 block.moments = change.moments;
             }
@@ -203,8 +227,8 @@ impl StaticCloud {
         self.evidence.grow(self.blocks.len(), || 0);
     }
 
-    /// What has changed since the last call.
-    fn changes(&self, source: Source<'_>) -> Changes {
+    /// The blocks that may have changed since the last call.
+    fn changed_slots(&self, source: Source<'_>) -> Vec<usize> {
         let mut slots: Vec<usize> = source.voxels.stamps().after(self.stamp).collect();
         for judged in source.verdicts.stamps().after(self.verdicts) {
             if let Some(&cells) = source.evidence.blocks().keys().get(judged) {
@@ -214,13 +238,20 @@ impl StaticCloud {
         }
         slots.sort_unstable();
         slots.dedup();
-        let changes = crate::parallel::map(slots, |slot| self.change_of(source, slot));
+        slots
+    }
+
+    /// What has changed in these blocks since the last call.
+    fn changes(&self, source: Source<'_>, slots: &[usize]) -> Changes {
+        let changes = crate::parallel::map(slots.to_vec(), |slot| self.change_of(source, slot));
         Changes::new(changes.into_iter().flatten().collect())
     }
 
     fn change_of(&self, source: Source<'_>, slot: usize) -> Option<Change> {
         let Source { voxels: all, thinning, evidence, .. } = source;
-        let (key, block, before) = (all.keys()[slot], &all.blocks()[slot], &self.blocks[slot]);
+        // Most blocks over a changed one of the evidence have not changed: those that are paged out stay so.
+        let (key, looks) = (all.keys()[slot], (all.blocks()[slot].look(), self.blocks[slot].look()));
+        let (block, before) = (&*looks.0, &*looks.1);
         let around = match self.evidence[slot] {
             0 => evidence.slot_of(key.cell(0)).map_or(0, |slot| slot as u32 + 1),
             known => known,
@@ -248,20 +279,17 @@ impl StaticCloud {
             evidence: around,
             firm: Places::new(firm),
             weights: Vec::with_capacity(block.len()),
-            radii: Vec::with_capacity(block.len()),
-            seen: CellBits::default(),
+            looks_around: false,
             voxels,
             effect,
             moments: Moments::default(),
         };
         block.places().for_each(&firm, |place, index| {
-            let (sum, observations) = (block.weight(index), block.observations(index));
+            let sum = block.weight(index);
             let weight = thinning.weight(sum);
             change.weights.push(weight);
-            change.radii.push(thinning.radius(sum, observations));
-            if thinning.is_seen(observations) {
-                put(&mut change.seen, place);
-            }
+            change.looks_around =
+                change.looks_around || looks_around(thinning.radius(sum, block.observations(index)));
             if has(&voxels, place) {
                 change.effect.raised = change.effect.raised.max(weight);
             }
@@ -283,7 +311,7 @@ impl StaticCloud {
         let change = changes.of(touched.slot);
         let asked = self.blocks[touched.slot].asked(change, touched.effect);
         let mut statics = asked.settled;
-        find_candidates(source, touched, change, &asked, &mut statics, candidates);
+        find_candidates(source, touched, &asked, &mut statics, candidates);
         if candidates.is_empty() {
             return statics;
         }
@@ -294,7 +322,7 @@ impl StaticCloud {
         }
         window.reset(candidates);
         self.fill_with_changes(changes, touched, only_new, window);
-        window.sort_cubes();
+        window.find_heaviest();
         candidates.retain(|candidate| !window.is_noise(candidate));
         candidates.retain(|candidate| {
             let is_static = only_new || has(&asked.kept, candidate.place);
@@ -306,9 +334,11 @@ impl StaticCloud {
         if candidates.is_empty() {
             return statics;
         }
-        self.fill_with_others(source, changes, touched, window);
-        window.sort_cubes();
-        for candidate in candidates.iter().filter(|candidate| !window.is_noise(candidate)) {
+        let has_others = self.fill_with_others(source, changes, touched, window);
+        if has_others {
+            window.find_heaviest();
+        }
+        for candidate in candidates.iter().filter(|candidate| !(has_others && window.is_noise(candidate))) {
             put(&mut statics, candidate.place);
         }
         statics
@@ -326,22 +356,26 @@ impl StaticCloud {
         }
     }
 
-    /// Puts the blocks around that have not changed into the window.
+    /// Puts the blocks around that have not changed into the window; returns whether any of them concerns a
+    /// candidate.
     fn fill_with_others(
         &self,
         source: Source<'_>,
         changes: &Changes,
         touched: &Touched,
         window: &mut Window,
-    ) {
+    ) -> bool {
+        let mut has_others = false;
         for (step, slot) in touched.around().filter(|&(_, slot)| changes.of(slot).is_none()) {
             let (voxels, block) = (&source.voxels.blocks()[slot], &self.blocks[slot]);
             if block.heaviest > window.least_limit() {
                 window.fill(step, voxels.places(), &block.firm, |rank| {
                     source.thinning.weight(voxels.weight(rank))
                 });
+                has_others = true;
             }
         }
+        has_others
     }
 
     /// The newest stamp of a voxel that has been taken in.
@@ -455,36 +489,101 @@ impl Judgement {
 fn find_candidates(
     source: Source<'_>,
     touched: &Touched,
-    change: Option<&Change>,
     asked: &Asked,
     statics: &mut CellBits,
     candidates: &mut Vec<Candidate>,
 ) {
     candidates.clear();
     let (block, thinning) = (&source.voxels.blocks()[touched.slot], source.thinning);
-    let mut find = |place: usize, weight: f32, is_seen_within: &dyn Fn() -> Option<f32>| {
-        let (limit, was_static) = (limit(weight), has(&asked.kept, place));
+    let all = std::array::from_fn(|word| asked.changed[word] | asked.kept[word] | asked.noise[word]);
+    block.places().for_each(&all, |place, index| {
+        let sum = block.weight(index);
+        let (limit, was_static) = (limit(thinning.weight(sum)), has(&asked.kept, place));
         let heaviest = if was_static { touched.effect.raised } else { touched.effect.lowered };
         let is_concerned = has(&asked.changed, place) || limit < heaviest;
-        match is_concerned.then(is_seen_within).flatten() {
-            Some(radius) if looks_around(radius) => candidates.push(Candidate { place, limit, radius }),
-            Some(_) => put(statics, place),
-            None if was_static => put(statics, place),
-            None => {}
+        let observations = block.observations(index);
+        if !is_concerned || !thinning.is_seen(observations) {
+            if was_static {
+                put(statics, place);
+            }
+            return;
         }
-    };
-    let all = std::array::from_fn(|word| asked.changed[word] | asked.kept[word] | asked.noise[word]);
-    if let Some(change) = change {
-        change.firm.for_each(&all, |place, rank| {
-            find(place, change.weights[rank], &|| has(&change.seen, place).then_some(change.radii[rank]));
+        let radius = thinning.radius(sum, observations);
+        if looks_around(radius) {
+            candidates.push(Candidate { place, limit, radius });
+        } else {
+            put(statics, place);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel, SplitMix64};
+
+    use super::*;
+    use crate::{CloudMap, CloudMapConfig};
+
+    /// What a noisy camera sees of an inclined wall, from a place that moves on, with a mover in some frames.
+    fn frame(step: i32, random: &mut SplitMix64) -> (Frame, Pose) {
+        let (width, height) = (48, 36);
+        let camera = PinholeCamera::new(width, height, 39.0, 39.0, 23.5, 17.5).unwrap();
+        let depths = (0..width * height).map(|pixel| {
+            let is_mover = step % 3 == 1 && pixel % width < 9;
+            let depth = if is_mover { 1.2 } else { 1.5 + (pixel / width) as f64 * 0.05 };
+            (depth + 0.03 * (random.fraction() - 0.5)) as f32
         });
-    } else {
-        block.places().for_each(&all, |place, index| {
-            let weight = block.weight(index);
-            find(place, thinning.weight(weight), &|| {
-                let observations = block.observations(index);
-                thinning.is_seen(observations).then(|| thinning.radius(weight, observations))
-            });
-        });
+        let depth = DepthImage::new(width, height, depths.collect()).unwrap();
+        let pose = Pose::new([0.02 * f64::from(step), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        (Frame::new(f64::from(step), camera, depth, None).unwrap(), pose)
+    }
+
+    #[test]
+    fn what_is_taken_in_by_batches_is_what_a_look_at_all_finds() {
+        let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
+        let mut random = SplitMix64::new(3);
+        let batches = [1, 2, 7, 50, usize::MAX];
+        let (mut kept, mut verdicts) = (batches.map(|_| StaticCloud::default()), VerdictGrid::default());
+        let (mut frames, mut has_leaving) = (Vec::new(), false);
+        for step in 0..14 {
+            if step % 5 == 4 {
+                let (frame, pose): (Frame, Pose) = frames.swap_remove(step as usize % frames.len());
+                map.remove(&frame, None, &pose).unwrap();
+            } else {
+                let (frame, pose) = frame(step, &mut random);
+                map.insert(&frame, None, &pose).unwrap();
+                frames.push((frame, pose));
+            }
+            verdicts.refresh(&map.evidence, map.config.looks_per_reading as f32);
+            let source = Source {
+                voxels: &map.voxels,
+                stamp: map.stamp,
+                evidence: &map.evidence,
+                verdicts: &verdicts,
+                thinning: &map.thinning,
+                voxel_size: map.config.voxel_size,
+                fuses: true,
+            };
+            let mut whole = StaticCloud::default();
+            whole.refresh_by(source, usize::MAX);
+            has_leaving |= whole.blocks.iter().any(|block| !block.leaving.is_empty());
+            // Some read each frame, others only some, which leaves more to take in.
+            for (turn, (cloud, batch)) in kept.iter_mut().zip(batches).enumerate() {
+                if !(step as usize + turn).is_multiple_of(turn + 1) {
+                    continue;
+                }
+                cloud.refresh_by(source, batch);
+                assert!(cloud.is_fresh(&source));
+                assert_eq!(cloud.len(), whole.len(), "step {step}, batches of {batch}");
+                for slot in 0..whole.blocks.len() {
+                    assert!(
+                        cloud.has_same_points(slot, &whole, slot),
+                        "step {step}, batches of {batch}, {slot}"
+                    );
+                    assert_eq!(cloud.judgement(slot).statics, whole.judgement(slot).statics);
+                }
+            }
+        }
+        assert!(has_leaving, "some points leave their block");
     }
 }

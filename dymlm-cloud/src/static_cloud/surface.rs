@@ -5,7 +5,7 @@ use super::columns::Columns;
 use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
 use crate::paging::record;
 use crate::thinning::Thinning;
-use crate::voxel::SUBVOXELS;
+use crate::voxel::{SUBVOXELS, to_f64};
 use crate::voxel_block::VoxelBlock;
 
 /// From the lowest corner of a block to its middle, voxels.
@@ -93,11 +93,11 @@ impl Moments {
         block.places().for_each(firm, |place, index| {
             let voxel = block.voxel(index);
             let weight = f64::from(thinning.weight(voxel.sums.weight));
-            let share = weight / (voxel.sums.weight.max(1) as f64 * f64::from(SUBVOXELS));
+            let share = weight / (to_f64(voxel.sums.weight.max(1)) * f64::from(SUBVOXELS));
             let cell = cell_in_block(place);
             // Weight times place.
             let [x, y, z] = [0, 1, 2].map(|axis| {
-                share * voxel.sums.position[axis] as f64 + weight * (f64::from(cell[axis]) - HALF_BLOCK)
+                share * to_f64(voxel.sums.position[axis]) + weight * (f64::from(cell[axis]) - HALF_BLOCK)
             });
             total += weight;
             observations += u64::from(voxel.observations);

@@ -1,6 +1,7 @@
 use dymlm_core::{BoundingBox, Mask};
 use dymlm_geometry::{BoxCluster, BoxSegmenter, SampleGrid};
 
+use super::cluster_motion::ClusterMotion;
 use crate::miss_compensation::DEPTH_CHANGE;
 
 /// Largest number of samples at which the margin may cut a cluster that is part of a mover, in square roots
@@ -29,6 +30,12 @@ const LARGEST_ERROR: f32 = 3.0;
 /// (`specks_in_the_corners_of_a_box_are_nobody`; with 0.3 a desk is taken for a person in `evaluate
 /// --fresh`).
 const SMALL_SHARE: f32 = 0.05;
+/// Likelihood that a part of a mover's surface has been still for seconds while another cluster has moved:
+/// all but one to three per cent of the surface of people who sit moves (docs/decisions/10-still-parts.md).
+/// With 1 the things before a person are taken for the person
+/// (residue of `fresh_6100301_sitting_6` .485 instead of .085 %); with 0 a person of whom nothing but a hand
+/// has moved could never be found.
+const STILL: f32 = 0.03;
 
 /// Chooses, among the clusters of a box, the one that is the mover.
 ///
@@ -39,6 +46,8 @@ const SMALL_SHARE: f32 = 0.05;
 ///   feet below;
 /// - they fill some of the box, and its middle counts more than its sides;
 /// - they are at the depth at which the track is expected; for a new track, nearer is likelier;
+/// - they move: what past views have shown in the same place for seconds, while another cluster has moved,
+///   stands before the mover, as bottles on the table at which somebody sits;
 /// - they do not continue outside the margin, as walls and tables do, nor into the boxes of other movers: a
 ///   person who sits before another reaches into the other's box.
 ///
@@ -53,7 +62,9 @@ pub(super) struct Choice {
 struct Judged {
     /// Sum of the centrality of its samples in the box.
     mass: f32,
-    /// The same sum, weighted by how well each sample's depth agrees with the expected one.
+    /// The same sum, weighted by how likely a mover is as still as the cluster ...
+    moving: f32,
+    /// ... and by how well each sample's depth agrees with the expected one.
     expected: f32,
     /// Samples outside the box that lie in the boxes of other movers.
     others: usize,
@@ -84,6 +95,8 @@ pub(super) struct Candidates<'a> {
     pub(super) expected_depth: Option<f32>,
     /// Depth of the nearest things in the box, metres.
     pub(super) nearest: f32,
+    /// Which clusters have been still.
+    pub(super) motion: &'a ClusterMotion,
 }
 
 impl Choice {
@@ -112,6 +125,11 @@ impl Choice {
                 judged.cut += usize::from(sample.is_cut && !is_others);
             }
         }
+        for (cluster, judged) in self.clusters.iter_mut().enumerate() {
+            let share = if candidates.motion.is_still(cluster) { STILL } else { 1.0 };
+            judged.moving = share * judged.mass;
+            judged.expected *= share;
+        }
     }
 
     /// How likely a cluster is the mover's largest one: 0 when it has no weight, or when a cluster of more
@@ -119,7 +137,7 @@ impl Choice {
     fn score(&self, chosen: usize, candidates: &Candidates<'_>) -> Chosen {
         let clusters = candidates.segmenter.clusters();
         let own = &clusters[chosen];
-        let (mut mass, mut expected) = (0.0, 0.0);
+        let (mut mass, mut moving, mut expected) = (0.0, 0.0, 0.0);
         let mut reached = [f32::NEG_INFINITY; 4];
         for (index, part) in clusters.iter().enumerate() {
             if index != chosen && !is_part(part, own.depth, own.size()) {
@@ -130,6 +148,7 @@ impl Choice {
                 return Chosen::default();
             }
             mass += judged.mass;
+            moving += judged.moving;
             expected += judged.expected;
             for (reached, side) in reached.iter_mut().zip(part.bounds(candidates.grid).iter().flat_map(sides))
             {
@@ -143,7 +162,7 @@ impl Choice {
             * own_share
             * likelihood(relative_cut(self.clusters[chosen].cut, own.size()) / MAX_CUT)
             / (mass + small);
-        let known = if candidates.expected_depth.is_some() { expected } else { mass };
+        let known = if candidates.expected_depth.is_some() { expected } else { moving };
         Chosen { index: chosen, likelihood: known * shape, score: expected * shape }
     }
 }

@@ -3,7 +3,8 @@ use dymlm_geometry::{BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
 use super::choice::{Candidates, Choice, FOOT_REACH, ends_in_margin, is_part};
-use crate::{BoxSource, Mover};
+use super::cluster_motion::ClusterMotion;
+use crate::{BoxSource, ComparedFrame, Mover};
 
 /// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; the
 /// feet.
@@ -30,6 +31,7 @@ pub(crate) struct ForegroundFinder {
     segmenter: BoxSegmenter,
     depths: Vec<f32>,
     choice: Choice,
+    motion: ClusterMotion,
     /// Samples of each cluster that are new.
     new_samples: Vec<usize>,
 }
@@ -64,17 +66,24 @@ impl ForegroundFinder {
             grid: SampleGrid::default(),
             depths: Vec::new(),
             choice: Choice::default(),
+            motion: ClusterMotion::default(),
             new_samples: Vec::new(),
         })
     }
 
     /// Finds the foreground of a box. It is empty when the box is empty or nothing in it has a depth.
-    pub(crate) fn find(&mut self, frame: &Frame, search: &ForegroundSearch<'_>, foreground: &mut Foreground) {
-        let mover = search.mover;
+    pub(crate) fn find(
+        &mut self,
+        compared: &ComparedFrame<'_>,
+        search: &ForegroundSearch<'_>,
+        foreground: &mut Foreground,
+    ) {
+        let (frame, mover) = (compared.frame, search.mover);
         let view =
             BoxView::new(frame, &self.sensor, mover.bounding_box).with_instance_mask(search.instance_mask);
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
+        self.motion.compare(compared, &self.grid, &self.segmenter);
         self.choose(search.boxes, mover, foreground);
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
@@ -142,6 +151,7 @@ impl ForegroundFinder {
             detected: is_detected.then(|| self.grid.bounds(in_box())).flatten(),
             expected_depth: own.depth,
             nearest,
+            motion: &self.motion,
         });
         if let Some(chosen) = chosen {
             foreground.likelihood = chosen.likelihood;

@@ -2,6 +2,7 @@
 
 mod background;
 mod choice;
+mod cluster_motion;
 #[expect(clippy::module_inception, reason = "the type of this name")]
 mod foreground;
 mod foreground_finder;

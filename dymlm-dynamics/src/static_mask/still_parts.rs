@@ -1,9 +1,10 @@
 use std::ops::Range;
 
-use dymlm_core::{Frame, Pose, SensorModel, Visibility};
+use dymlm_core::{Frame, Pose, SensorModel};
 
 use crate::PastViews;
 use crate::block_depths::BlockDepths;
+use crate::past_views::WATCHED;
 
 /// Least depth of a crease between two parts, measured from the chord over it, metres; a reading's noise
 /// comes on top. A lower value cuts a body into pieces too small to be judged, a higher one joins thighs with
@@ -16,17 +17,6 @@ const CREASE_REACH: f64 = 0.04;
 /// that faces the camera: as for a silhouette. A lower value cuts slanted surfaces apart, a higher one joins
 /// body and armrest.
 const SLOPE: f64 = 3.0;
-/// Accuracy of poses and of places interpolated between readings, metres. A lower value takes pose errors for
-/// motion, a higher one misses the sway of somebody near the camera.
-const EVENNESS: f64 = 0.004;
-/// Time over which a part must be known to have been still, seconds. A lower value takes a thigh that rests
-/// between two movements for a part of the chair, a higher one keeps chairs out of the map for longer
-/// (`as_long_as_nothing_has_moved_all_is_the_movers`).
-const WATCHED: f64 = 4.0;
-/// Largest difference of depth at which a block has not moved, as a share of a reading's tolerance: one
-/// standard deviation of a single reading, several of a block's mean. A lower value takes noise for motion, a
-/// higher one takes a sway of 2 cm for noise (`a_seat_is_static_while_who_sits_on_it_sways`).
-const OFF: f64 = 1.0 / 3.0;
 /// Largest share of a still part's blocks that may seem to have moved: those at its rim. A higher value takes
 /// legs that sway parallel to the image for still (residue), a lower one loses chairs that a moving camera
 /// sees (completeness near people).
@@ -209,15 +199,9 @@ impl StillParts {
                 let z = self.blocks.depths()[block];
                 let place = camera.back_project(self.blocks.center(block), z.into());
                 let place = view_from_camera.transform_point(place);
-                let tolerance = compared.sensor.tolerance(place[2] as f32, EVENNESS);
-                let Some(reading) = view.reading_of(place, tolerance) else { continue };
-                let is_off = match Visibility::of_reading(reading, place[2], tolerance) {
-                    Visibility::Present => (reading - place[2]).abs() > OFF * tolerance,
-                    Visibility::Absent => true,
-                    Visibility::OutOfView | Visibility::NoReading | Visibility::Occluded => continue,
-                };
+                let Some(has_moved) = view.has_moved(place, compared.sensor) else { continue };
                 part.seen += 1;
-                part.off += u32::from(is_off);
+                part.off += u32::from(has_moved);
             }
             for part in &mut self.parts {
                 let (seen, off) = (std::mem::take(&mut part.seen), std::mem::take(&mut part.off));
