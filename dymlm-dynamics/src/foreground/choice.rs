@@ -33,8 +33,9 @@ const SMALL_SHARE: f32 = 0.05;
 /// Likelihood that a part of a mover's surface has been still for seconds while another cluster has moved:
 /// all but one to three per cent of the surface of people who sit moves (docs/decisions/10-still-parts.md).
 /// With 1 the things before a person are taken for the person
-/// (residue of `fresh_6100301_sitting_6` .485 instead of .085 %); with 0 a person of whom nothing but a hand
-/// has moved could never be found.
+/// (`who_sways_behind_a_thing_that_stays_is_the_mover_and_not_the_thing`; residue of
+/// `fresh_6100301_sitting_6` .485 instead of .085 %); with 0 a person of whom nothing but a hand has moved
+/// could never be found.
 const STILL: f32 = 0.03;
 
 /// Chooses, among the clusters of a box, the one that is the mover.

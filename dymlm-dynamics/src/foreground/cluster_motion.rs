@@ -10,7 +10,9 @@ use crate::past_views::{EVENNESS, WATCHED};
 const MIN_SAMPLES: usize = 12;
 /// Most samples of a cluster that are compared: their mean has a fourteenth of the noise of one.
 const MAX_SAMPLES: usize = 200;
-/// Mean displacement, in standard deviations, beyond which a cluster has surely moved.
+/// Mean displacement, in standard deviations, beyond which a cluster has surely moved. A lower value takes
+/// errors of the poses for motion
+/// (`nothing_is_still_before_something_has_surely_moved_and_four_seconds_were_seen`).
 const SURELY: f64 = 3.0;
 
 /// Which clusters of a box have stayed where they are, and which have moved, as past views show them.
@@ -36,7 +38,7 @@ struct Watched {
     has_moved: bool,
     may_have_moved: bool,
     /// Time over which views have seen the cluster, seconds.
-    watched: f64,
+    seen_for: f64,
 }
 
 /// How far a view has read a cluster from where it is now.
@@ -86,7 +88,7 @@ impl ClusterMotion {
 
     /// Whether a cluster has been still while another one has moved.
     pub(super) fn is_still(&self, cluster: usize) -> bool {
-        let is_still = |cluster: &Watched| !cluster.may_have_moved && cluster.watched >= WATCHED;
+        let is_still = |cluster: &Watched| !cluster.may_have_moved && cluster.seen_for >= WATCHED;
         self.clusters.get(cluster).is_some_and(is_still)
             && self.clusters.iter().any(|cluster| cluster.has_moved)
     }
@@ -128,7 +130,7 @@ impl Watched {
         let deviations = if view.absent > view.read { f64::INFINITY } else { view.deviations() };
         self.may_have_moved |= deviations > 1.0;
         self.has_moved |= deviations > SURELY;
-        self.watched = self.watched.max(age);
+        self.seen_for = self.seen_for.max(age);
     }
 }
 
@@ -149,5 +151,103 @@ impl Displacement {
     fn deviations(&self) -> f64 {
         let count = f64::from(self.read.max(1));
         (self.sum / count).abs() / (self.variance / (count * count) + EVENNESS * EVENNESS).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SplitMix64};
+    use dymlm_geometry::{BoxCluster, BoxView, SegmentationConfig};
+    use dymlm_test_support::normal;
+
+    use super::*;
+    use crate::{DynamicsConfig, PastViews, Preprocessor};
+
+    /// Depths of a thing on a table and of the person who sits behind it and is seen above it, metres.
+    const THING: f32 = 1.4;
+    const PERSON: f32 = 2.1;
+
+    /// The detector's box around both: the thing fills the lower half of it from side to side.
+    fn detected() -> BoundingBox {
+        BoundingBox::new(240.0, 60.0, 380.0, 420.0).unwrap()
+    }
+
+    /// What a Kinect reads at a time, seconds, of somebody who sways to and fro by `sway` metres in three
+    /// seconds.
+    fn frame(time: f64, sway: f32) -> Frame {
+        let lean = sway * (std::f64::consts::TAU * time / 3.0).sin() as f32;
+        let sensor = SensorModel::kinect();
+        let mut random = SplitMix64::new(time.to_bits());
+        let depth = (0..640 * 480).map(|i| {
+            let exact = match (i % 640, i / 640) {
+                (240..380, 250..420) => THING,
+                (255..365, 60..250) => PERSON - lean,
+                _ => 3.0,
+            };
+            exact + sensor.sigma(exact) * normal(&mut random) as f32
+        });
+        let depth = DepthImage::new(640, 480, depth.collect()).unwrap();
+        let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+        Frame::new(time, camera, depth, None).unwrap()
+    }
+
+    /// Whether the thing and the person are still, when a view a second has been seen for so many seconds.
+    fn are_still(sway: f32, seconds: u32) -> [bool; 2] {
+        let (sensor, pose) = (SensorModel::kinect(), Pose::identity());
+        let mut past = PastViews::default();
+        for second in 0..seconds {
+            past.remember(&frame(second.into(), sway), &pose, &sensor);
+        }
+        let now = frame(seconds.into(), sway);
+        let mut config = SegmentationConfig::default();
+        config.spacing = 4.0;
+        let mut segmenter = BoxSegmenter::new(config).unwrap();
+        let mut grid = SampleGrid::default();
+        segmenter.sample(&BoxView::new(&now, &sensor, detected()), &mut grid);
+        segmenter.cluster(&grid, |_| true);
+        let compared = ComparedFrame { frame: &now, world_from_camera: &pose, past: &past, sensor: &sensor };
+        let mut motion = ClusterMotion::default();
+        motion.compare(&compared, &grid, &segmenter);
+        [THING, PERSON].map(|depth| {
+            let is_there = |cluster: &BoxCluster| (cluster.depth - depth).abs() < 0.1;
+            motion.is_still(segmenter.clusters().iter().position(is_there).unwrap())
+        })
+    }
+
+    /// The depth of the mover, when the detector finds the person only after so many seconds.
+    fn depth_of_mover(sway: f32, seconds: u32) -> f32 {
+        let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
+        let found = [Detection::new("person", 0.9, detected()).unwrap()];
+        for second in 0..=seconds {
+            let found = if second == seconds { &found[..] } else { &[] };
+            preprocessor.process(&frame(second.into(), sway), Some(found), &Pose::identity()).unwrap();
+        }
+        preprocessor.movers()[0].depth.unwrap()
+    }
+
+    #[test]
+    fn a_thing_is_still_and_who_sways_by_a_centimetre_behind_it_is_not() {
+        for (sway, seconds) in [(0.01, 4), (0.01, 5), (0.02, 8)] {
+            assert_eq!(are_still(sway, seconds), [true, false], "{sway} m for {seconds} s");
+        }
+    }
+
+    #[test]
+    fn nothing_is_still_before_something_has_surely_moved_and_four_seconds_were_seen() {
+        for (sway, seconds) in [(0.0, 6), (0.004, 5), (0.02, 3)] {
+            assert_eq!(are_still(sway, seconds), [false, false], "{sway} m for {seconds} s");
+        }
+    }
+
+    #[test]
+    fn who_sways_behind_a_thing_that_stays_is_the_mover_and_not_the_thing() {
+        // The thing is nearer and reaches more sides of the box: as long as nothing is known to have been
+        // still, it is taken.
+        for (sway, seconds, mover) in
+            [(0.0, 5, THING), (0.02, 3, THING), (0.01, 5, PERSON), (0.02, 5, PERSON)]
+        {
+            let depth = depth_of_mover(sway, seconds);
+            assert!((depth - mover).abs() < 0.1, "{depth} m with a sway of {sway} m for {seconds} s");
+        }
     }
 }
