@@ -139,7 +139,6 @@ impl Window {
     pub(crate) fn reset(&mut self, candidates: &[Candidate]) {
         self.for_each_filled(|window, row| {
             window.rows[row] = [0.0; WINDOW_SIDE];
-            window.in_rows[row] = Columns::default();
         });
         self.filled = [0; WINDOW_SIDE];
         let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);

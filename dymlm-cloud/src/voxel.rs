@@ -87,7 +87,7 @@ impl Voxel {
     }
 }
 
-/// A sum of a voxel that is not overdrawn.
+/// A sum of a voxel that is not [overdrawn](Voxel::is_overdrawn).
 #[inline]
 pub(crate) fn to_f64(sum: u64) -> f64 {
     // A cast of a signed number is one instruction.

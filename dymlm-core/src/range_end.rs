@@ -1,9 +1,12 @@
-use crate::{DepthImage, Frame, SensorModel};
+use crate::{Frame, SensorModel};
 
 /// How far around a pixel readings of its surface are averaged, pixels: 25 readings leave a fifth of the
 /// noise. A smaller window leaves more of the error that is to be removed, a larger one costs more and rounds
 /// off what stands before a far wall.
 const REACH: usize = 2;
+/// Means are rounded to this fraction of a metre, less than a tenth of the noise of any depth camera at the end
+/// of its range: a depth image with few values is packed well.
+const STEPS: f32 = 1024.0;
 
 impl Frame {
     /// Averages the readings near the farthest depth that a sensor is used to, so that the whole of a surface
@@ -16,31 +19,28 @@ impl Frame {
     /// readings of the same surface, where this mean is within the sensor's tolerance of the limit. All other
     /// readings stay as they are. O(pixels), and 25 times as much near the limit.
     ///
-    /// Returns whether a reading has changed.
-    pub fn settle_range_end(&mut self, sensor: &SensorModel, readings: &mut Vec<f32>) -> bool {
+    /// `readings` is a buffer, which is used again from call to call.
+    pub fn average_range_end(&mut self, sensor: &SensorModel, readings: &mut Vec<f32>) {
         let end = RangeEnd::of(sensor);
-        if !end.concerns(self.depth()) {
-            return false;
-        }
         readings.clear();
         readings.extend_from_slice(self.depth().data());
         let (width, height) = (self.depth().width(), self.depth().height());
         let before = Readings { width, height, depths: readings };
-        let mut has_changed = false;
         for (pixel, depth) in self.depth_mut().data_mut().iter_mut().enumerate() {
-            if end.may_be_settled(*depth)
-                && let Some(mean) = end.settled(&before, pixel)
+            if end.is_near(*depth)
+                && let Some(mean) = end.mean(&before, pixel)
             {
-                has_changed |= *depth != mean;
                 *depth = mean;
             }
         }
-        has_changed
     }
 
-    /// Whether [`settle_range_end`](Self::settle_range_end) may change a reading.
+    /// Whether [`average_range_end`](Self::average_range_end) may change a reading.
     pub fn reaches_range_end(&self, sensor: &SensorModel) -> bool {
-        RangeEnd::of(sensor).concerns(self.depth())
+        let end = RangeEnd::of(sensor);
+        // Blocks of pixels without an early end, which take a few instructions a pixel.
+        let mut blocks = self.depth().data().chunks(1024);
+        blocks.any(|block| block.iter().fold(false, |any, &z| any | end.is_near(z)))
     }
 }
 
@@ -64,39 +64,32 @@ impl RangeEnd {
         Self { max_depth: sensor.max_depth, tolerance: sensor.tolerance(sensor.max_depth, 0.0) as f32 }
     }
 
-    /// Whether any reading may be settled.
-    fn concerns(&self, depth: &DepthImage) -> bool {
-        // Blocks of pixels without an early end, which take a few instructions a pixel.
-        let mut blocks = depth.data().chunks(1024);
-        blocks.any(|block| block.iter().fold(false, |any, &z| any | self.may_be_settled(z)))
-    }
-
     /// Whether a reading may be of a surface within the tolerance of the limit.
     #[inline]
-    fn may_be_settled(&self, z: f32) -> bool {
-        (z - self.max_depth).abs() <= 2.0 * self.tolerance
+    fn is_near(self, z: f32) -> bool {
+        z > 0.0 && (z - self.max_depth).abs() <= 2.0 * self.tolerance
     }
 
     /// The mean of the readings around a pixel that are of the same surface, if it is within the tolerance of
     /// the limit.
-    fn settled(&self, readings: &Readings<'_>, pixel: usize) -> Option<f32> {
+    fn mean(self, readings: &Readings<'_>, pixel: usize) -> Option<f32> {
         let (u, v) = (pixel % readings.width, pixel / readings.width);
         let z = *readings.depths.get(pixel)?;
         // The difference of two readings errs by the square root of two as much as one.
         let same = std::f32::consts::SQRT_2 * self.tolerance;
         let columns = u.saturating_sub(REACH)..(u + REACH + 1).min(readings.width);
-        // Differences are added up, so that equal readings stay what they are.
+        // Differences are added up, so that readings among equal ones stay what they are.
         let (mut sum, mut count) = (0.0, 0.0);
         for row in v.saturating_sub(REACH)..(v + REACH + 1).min(readings.height) {
             let row = row * readings.width;
             for other in readings.depths.get(row + columns.start..row + columns.end)? {
-                if (other - z).abs() <= same {
+                if *other > 0.0 && (other - z).abs() <= same {
                     sum += other - z;
                     count += 1.0;
                 }
             }
         }
-        let mean = z + sum / count;
+        let mean = if sum == 0.0 { z } else { ((z + sum / count) * STEPS).round() / STEPS };
         ((mean - self.max_depth).abs() <= self.tolerance).then_some(mean)
     }
 }
@@ -104,18 +97,18 @@ impl RangeEnd {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PinholeCamera, SplitMix64};
+    use crate::{DepthImage, PinholeCamera, SplitMix64};
 
     /// The mean of those readings of a wall that are used, and their number.
-    fn used(wall: f32, sensor: &SensorModel, is_settled: bool) -> (f64, usize) {
+    fn used(wall: f32, sensor: &SensorModel, is_averaged: bool) -> (f64, usize) {
         let mut random = SplitMix64::new(5);
         // The sum of twelve fractions has a variance of 1.
         let mut normal = || (0..12).map(|_| random.fraction()).sum::<f64>() - 6.0;
         let depths = (0..160 * 120).map(|_| wall + sensor.sigma(wall) * normal() as f32).collect();
         let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
         let mut frame = Frame::new(0.0, camera, DepthImage::new(160, 120, depths).unwrap(), None).unwrap();
-        if is_settled {
-            frame.settle_range_end(sensor, &mut Vec::new());
+        if is_averaged {
+            frame.average_range_end(sensor, &mut Vec::new());
         }
         let used: Vec<f64> =
             frame.depth().data().iter().filter(|z| sensor.is_used(**z)).map(|&z| z.into()).collect();
@@ -125,7 +118,7 @@ mod tests {
     #[test]
     fn a_wall_near_the_end_of_the_range_is_used_where_it_stands_or_not_at_all() {
         let sensor = SensorModel::realsense_d4xx();
-        let error = |wall: f32, is_settled: bool| used(wall, &sensor, is_settled).0 - f64::from(wall);
+        let error = |wall: f32, is_averaged: bool| used(wall, &sensor, is_averaged).0 - f64::from(wall);
         assert!(error(3.97, false) < -0.03, "the test shows nothing");
         for wall in [3.7, 3.8, 3.85, 3.9, 3.95, 3.97] {
             assert!(error(wall, true).abs() < 0.01, "{wall}: {}", error(wall, true));
@@ -142,7 +135,7 @@ mod tests {
         for depths in [vec![3.99; 64 * 48], (0..64 * 48).map(|i| [0.0, 1.0, 3.0, 5.0][i % 4]).collect()] {
             let depth = DepthImage::new(64, 48, depths).unwrap();
             let mut frame = Frame::new(0.0, camera, depth.clone(), None).unwrap();
-            assert!(!frame.settle_range_end(&sensor, &mut Vec::new()));
+            frame.average_range_end(&sensor, &mut Vec::new());
             assert_eq!(frame.depth(), &depth);
         }
     }

@@ -22,7 +22,7 @@ pub struct SensorModel {
     /// Nearest depth that is used, metres, 0..=100. Default 0.3.
     pub min_depth: f32,
     /// Farthest depth that is used, metres, `min_depth`..=1000. Default 4.5: where a Kinect's noise passes 3
-    /// cm.
+    /// cm. [`Frame::average_range_end`](crate::Frame::average_range_end) keeps surfaces there whole.
     pub max_depth: f32,
     /// Every `stride`-th pixel of every `stride`-th row is used, 1..=16; default 1. A stride of 2 makes
     /// 1280x720 as cheap as 640x360.

@@ -1,7 +1,7 @@
 //! What key frames have shown, compact and in camera coordinates: everything that is needed to take a frame
 //! out of the maps and to put it in at another pose, without searching for movers and planes again.
 //!
-//! An [`Observation`] is exactly what is mapped: depth as it was read, colours as they are stored. Packed, it
+//! An [`Observation`] is exactly what is mapped: depth as it is mapped, colours as they are stored. Packed, it
 //! takes some 65 kB for a frame of 640x480; a [`History`] holds many of them, in memory or in a file. It also
 //! holds the points of a lidar's scans, as they were given.
 

@@ -8,7 +8,7 @@ use crate::ReducedColors;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Observation {
-    /// The images as they are mapped: depth as it was read, colours [reduced](ReducedColors).
+    /// The images as they are mapped, colours [reduced](ReducedColors).
     pub frame: Frame,
     /// The stored colours, from which those of the frame are made.
     pub(crate) colors: Option<ReducedColors>,

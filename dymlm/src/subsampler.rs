@@ -4,7 +4,7 @@ use dymlm_objects::SightedPoint;
 
 use crate::{Error, FrameInput};
 
-/// Takes every `stride`-th pixel of every `stride`-th row of a frame, settles the readings at the end of the
+/// Takes every `stride`-th pixel of every `stride`-th row of a frame, averages the readings at the end of the
 /// sensor's range, and moves the frame's time to the maps' clock: once, before any step, so that no step knows
 /// of a stride or of sessions.
 #[derive(Debug, Clone)]
@@ -41,7 +41,13 @@ impl Subsampler {
             None => input.frame.subsampled(stride)?,
         };
         smaller.set_timestamp(smaller.timestamp() + clock_offset)?;
-        smaller.settle_range_end(&self.sensor, &mut self.readings);
+        if smaller.reaches_range_end(&self.sensor) {
+            smaller.average_range_end(&self.sensor, &mut self.readings);
+        }
+        let frame = &*self.frame.insert(smaller);
+        if stride == 1 {
+            return Ok(FrameInput { frame, ..*input });
+        }
         let found = input.detections();
         self.detections.clear();
         self.detections.extend(found.unwrap_or(&[]).iter().map(|detection| detection.subsampled(stride)));
@@ -51,8 +57,7 @@ impl Subsampler {
         self.sighted_points.extend(input.sighted_points.iter().map(smaller_point));
 
         let found = found.map(|_| self.detections.as_slice());
-        Ok(FrameInput::new(self.frame.insert(smaller), found, &input.world_from_camera)
-            .with_sighted_points(&self.sighted_points))
+        Ok(FrameInput::new(frame, found, &input.world_from_camera).with_sighted_points(&self.sighted_points))
     }
 }
 

@@ -98,7 +98,9 @@ impl CloudPager {
         if let Some((revision, mut kept)) = judged {
             self.judged = revision;
             kept.page_out_like(&map.kept);
-            self.judging_bytes = kept.memory_bytes_beside(Some(&map.kept));
+            // What the first judging makes is the static cloud itself, which the map counts from now on.
+            let is_first = map.kept.stamp() == 0;
+            self.judging_bytes = if is_first { 0 } else { kept.memory_bytes_beside(Some(&map.kept)) };
             map.kept.adopt(&kept);
         }
         // Judging will take about as much again as the last time.

@@ -106,7 +106,8 @@ impl StaticCloud {
     /// Whether voxels may have gone since the last call.
     fn has_lost_voxels(&self, source: Source<'_>) -> bool {
         let mut changed = source.voxels.stamps().after(self.stamp);
-        changed.any(|slot| source.voxels.blocks()[slot].look().lowered > self.stamp)
+        // As long as nothing was taken in there are no points to keep.
+        self.stamp > 0 && changed.any(|slot| source.voxels.blocks()[slot].look().lowered > self.stamp)
     }
 
     fn take_in_changes(&mut self, source: Source<'_>, changes: &Changes) {

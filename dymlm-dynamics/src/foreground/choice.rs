@@ -63,9 +63,9 @@ pub(super) struct Choice {
 struct Judged {
     /// Sum of the centrality of its samples in the box.
     mass: f32,
-    /// The same sum, weighted by how likely a mover is as still as the cluster ...
+    /// The same sum, times [`STILL`] if the cluster has been still.
     moving: f32,
-    /// ... and by how well each sample's depth agrees with the expected one.
+    /// That sum, each sample also weighted by how well its depth agrees with the expected one.
     expected: f32,
     /// Samples outside the box that lie in the boxes of other movers.
     others: usize,
@@ -77,7 +77,8 @@ struct Judged {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Chosen {
     pub(super) index: usize,
-    /// How likely it is the mover, by its shape and by the expected depth, if there is one: 0..=1.
+    /// How likely it is the mover, by its shape, by whether it moves, and by the expected depth, if there is
+    /// one: 0..=1.
     pub(super) likelihood: f32,
     /// The same, but nearer is likelier when there is no expected depth.
     score: f32,

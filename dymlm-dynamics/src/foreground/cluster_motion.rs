@@ -14,6 +14,9 @@ const MAX_SAMPLES: usize = 200;
 /// errors of the poses for motion
 /// (`nothing_is_still_before_something_has_surely_moved_and_four_seconds_were_seen`).
 const SURELY: f64 = 3.0;
+/// Mean displacement, in standard deviations, beyond which a cluster may have moved. Of a cluster of many
+/// samples a deviation is the accuracy of the poses, 4 mm. With more, who sways by a centimetre is still.
+const MAYBE: f64 = 1.0;
 
 /// Which clusters of a box have stayed where they are, and which have moved, as past views show them.
 ///
@@ -128,7 +131,7 @@ impl Watched {
             return;
         }
         let deviations = if view.absent > view.read { f64::INFINITY } else { view.deviations() };
-        self.may_have_moved |= deviations > 1.0;
+        self.may_have_moved |= deviations > MAYBE;
         self.has_moved |= deviations > SURELY;
         self.seen_for = self.seen_for.max(age);
     }

@@ -47,10 +47,9 @@ pub struct RejectedPlane {
 /// more per room is mapped, and a false one in 200; planes are 0.1 mm worse.
 const MAX_ANGLE_DEVIATION: f64 = 0.052;
 
-/// Largest standard deviation by which the tilt of a narrow plane moves its long rims, metres: three of them
-/// are as much as the extraction lets a part lie off a plane. Where it is larger, noise may hide that the plane
-/// goes through a step. Without narrow planes recall in buildings is 2 to 3 % lower (frames of doors, mostly);
-/// with all of them precision is 4 to 8 % lower.
+/// Largest standard deviation by which the tilt of a narrow plane moves its long rims, metres. Where it is
+/// larger, noise may hide that the plane goes through a step. Without narrow planes recall in buildings is about 1 % lower (frames of doors,
+/// mostly); with all of them precision is 4 to 8 % lower.
 const MAX_RIM_DEVIATION: f64 = 0.001;
 
 /// Rejects planes that are too small, too uncertain, or on a mover (paper III-B).

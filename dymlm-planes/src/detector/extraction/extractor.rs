@@ -309,6 +309,7 @@ impl PlaneExtractor {
             tolerance: &self.tolerance,
             seeds: &self.seeds,
             block_labels: &self.block_labels,
+            is_wide: &self.is_wide,
         };
         self.growing.run(&scene, &mut self.extraction.labels);
     }
@@ -381,7 +382,7 @@ impl PlaneExtractor {
         self.bends.clear();
         self.bends.extend(self.sums.iter().map(|sums| sums.fit().map(Bend::new)));
         for block in 0..self.grid.len() {
-            let label = usize::from(self.core_label(block));
+            let label = usize::from(self.inner_label(block));
             if let Some(Some(bend)) = label.checked_sub(1).and_then(|label| self.bends.get_mut(label)) {
                 let (moments, centroid) = (&self.moments[block], self.moments[block].centroid());
                 bend.add(centroid, moments.weight / self.tolerance.variance(centroid[2]));
@@ -392,6 +393,14 @@ impl PlaneExtractor {
     /// The label of a block that is whole in a plane, after merges; 0 for other blocks.
     fn core_label(&self, block: usize) -> u16 {
         if self.growing.is_core(block) { self.relabelled[usize::from(self.block_labels[block])] } else { 0 }
+    }
+
+    /// The label of a block whose middle is in a plane, after merges: one that is whole in it, or one of a
+    /// strip.
+    fn inner_label(&self, block: usize) -> u16 {
+        let label = usize::from(self.block_labels[block]);
+        let is_inner = self.growing.is_core(block) || !self.is_wide[label];
+        if is_inner { self.relabelled[label] } else { 0 }
     }
 
     /// Adds to the bend of each plane the blocks around it that continue it.
@@ -416,14 +425,14 @@ impl PlaneExtractor {
     fn find_surroundings(&mut self) {
         self.surroundings.clear();
         for block in 0..self.grid.len() {
-            let label = self.core_label(block);
+            let label = self.inner_label(block);
             if label == 0 {
                 continue;
             }
             for direction in 0..4 {
                 let steps = std::iter::successors(Some(block), |&from| self.grid.neighbors(from)[direction]);
                 for other in steps.skip(1).take(SURROUNDINGS) {
-                    if self.core_label(other) != label && self.fits[other].is_some() {
+                    if self.inner_label(other) != label && self.fits[other].is_some() {
                         self.surroundings.push((label, other));
                     }
                 }

@@ -14,6 +14,9 @@ const MOST_CANDIDATES: usize = 6;
 
 /// Pixels join a plane up to this many root mean square distances of the plane's points. (Feng 2014: 3.)
 const GROWING_DISTANCE: f64 = 2.5;
+/// Added to the distances of strips, metres: more than any reading's distance from a plane that it may join, so
+/// that a wide plane takes its pixels as if there were no strips, some of which are steps between surfaces.
+const BEHIND_WIDE_PLANES: f32 = 100.0;
 /// A plane that grows, in the form that the measurement of distances needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seed {
@@ -150,6 +153,8 @@ pub(super) struct Scene<'a> {
     pub(super) seeds: &'a [Seed],
     /// Label of each block, 0 = no plane.
     pub(super) block_labels: &'a [u16],
+    /// Whether each label's plane has a square of two by two blocks; the others are strips.
+    pub(super) is_wide: &'a [bool],
 }
 
 impl Growing {
@@ -180,12 +185,13 @@ impl Growing {
     }
 
     /// Blocks next to a block of another plane, or of none, are no core blocks. But a plane of which fewer
-    /// than an eighth would stay core keeps all its blocks.
+    /// than an eighth would stay core keeps all its blocks. Strips have no core blocks.
     fn erode(&mut self, scene: &Scene<'_>) {
         let (grid, labels) = (scene.grid, scene.block_labels);
         self.core.clear();
         self.core.extend(labels.iter().enumerate().map(|(block, &label)| {
-            label != 0 && grid.neighbors(block).into_iter().flatten().all(|other| labels[other] == label)
+            let may_be_core = label != 0 && scene.is_wide[usize::from(label)];
+            may_be_core && grid.neighbors(block).into_iter().flatten().all(|other| labels[other] == label)
         }));
         self.blocks.clear();
         self.blocks.resize(scene.seeds.len() + 1, [0; 2]);
@@ -196,7 +202,7 @@ impl Growing {
         }
         for (&label, core) in labels.iter().zip(&mut self.core) {
             let [all, inner] = self.blocks[usize::from(label)];
-            *core |= label != 0 && 8 * inner < all;
+            *core |= label != 0 && scene.is_wide[usize::from(label)] && 8 * inner < all;
         }
     }
 
@@ -283,7 +289,9 @@ fn label_pixels(
         if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides, bits) {
             *sides = ALL_SIDES;
         }
+        let behind = if scene.is_wide[usize::from(label)] { 0.0 } else { BEHIND_WIDE_PLANES };
         for ((mine, nearest), &distance) in labels.iter_mut().zip(nearest.iter_mut()).zip(distances.iter()) {
+            let distance = distance + behind;
             let is_nearer = distance < *nearest;
             *mine = if is_nearer { u32::from(label) } else { *mine };
             *nearest = if is_nearer { distance } else { *nearest };

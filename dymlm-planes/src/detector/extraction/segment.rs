@@ -7,7 +7,8 @@ pub(in crate::detector) struct Segment {
     pub(in crate::detector) fit: Fit,
     /// Number of its pixels.
     pub(in crate::detector) support: usize,
-    /// Whether it has no square of two by two flat blocks: it is narrow, or a step between two surfaces.
+    /// Whether it has no square of two by two flat blocks, before planes are merged: it is narrow, or a step
+    /// between two surfaces.
     pub(in crate::detector) is_strip: bool,
 }
 

@@ -7,8 +7,7 @@ use crate::moments::{Fit, Moments};
 /// Number of parts across a strip: enough to show a step in its middle, few enough for many readings in each.
 const PARTS: usize = 8;
 /// Largest root mean square distance of the parts' means from the plane, metres. Across a step of height h it
-/// is h / 4. With 3 mm some frames of doors are missed, into which readings of the wall above have come (recall
-/// 92 instead of 94 % in a building); without the rule a step of 3 cm at 3 m is a plane
+/// is h / 4. With 3 mm some frames of doors are missed, into which readings of the wall above have come; without the rule a step of 3 cm at 3 m is a plane
 /// (`a_step_within_the_noise_yields_no_plane`).
 const MAX_MISFIT: f64 = 0.004;
 
