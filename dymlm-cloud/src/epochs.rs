@@ -86,12 +86,14 @@ impl Epochs {
         let is_aligned = |period: &Period| {
             period.level <= MAX_LEVEL && period.first >> period.level << period.level == period.first
         };
+        // Periods of other levels have no end.
+        if !periods.iter().all(is_aligned) {
+            return None;
+        }
         let is_ordered = |pair: &[Period]| pair[0].end() < i64::from(pair[1].first);
         let newest = periods.last().map_or(0, Period::end);
         let is_joined = |period: &Period| period.level >= level_of(period.first, newest);
-        if !periods.iter().all(|period| is_aligned(period) && is_joined(period))
-            || !periods.windows(2).all(is_ordered)
-        {
+        if !periods.iter().all(is_joined) || !periods.windows(2).all(is_ordered) {
             return None;
         }
         // All periods but the newest are packed, since they no longer grow.
@@ -351,6 +353,15 @@ mod tests {
         let periods = |level| vec![Period::new(0, level), Period::new(33, 0)];
         assert!(Epochs::restored(periods(4)).is_some());
         assert_eq!(Epochs::restored(periods(0)), None);
+    }
+
+    #[test]
+    fn periods_longer_than_any_that_is_made_are_not_restored() {
+        for level in [MAX_LEVEL + 1, 63, 64, u32::MAX] {
+            let endless = Period { level, ..Period::new(0, 0) };
+            assert_eq!(Epochs::restored(vec![endless.clone()]), None);
+            assert_eq!(Epochs::restored(vec![Period::new(-9, 0), endless]), None);
+        }
     }
 
     #[test]

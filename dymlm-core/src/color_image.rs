@@ -110,6 +110,9 @@ impl ColorImage {
     /// [`DepthImage::subsample_from`](crate::DepthImage::subsample_from) does.
     pub fn subsample_from(&mut self, image: &Self, stride: usize) {
         let stride = stride.max(1);
+        if stride == 1 {
+            return self.replace(image.width, image.height, image.data.iter().copied());
+        }
         let rows = image.data.chunks_exact(image.width).step_by(stride);
         let pixels = rows.flat_map(|row| row.iter().step_by(stride).copied());
         self.replace(image.width.div_ceil(stride), image.height.div_ceil(stride), pixels);

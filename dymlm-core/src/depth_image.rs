@@ -114,6 +114,9 @@ impl DepthImage {
     /// `stride`, j `stride`) there. Allocates only when the image grows; a stride of 0 counts as 1.
     pub fn subsample_from(&mut self, image: &Self, stride: usize) {
         let stride = stride.max(1);
+        if stride == 1 {
+            return self.replace(image.width, image.height, image.data.iter().copied());
+        }
         let rows = image.data.chunks_exact(image.width).step_by(stride);
         let pixels = rows.flat_map(|row| row.iter().step_by(stride).copied());
         self.replace(image.width.div_ceil(stride), image.height.div_ceil(stride), pixels);

@@ -4,6 +4,8 @@ use crate::{Frame, SensorModel};
 /// noise. A smaller window leaves more of the error that is to be removed, a larger one costs more and rounds
 /// off what stands before a far wall.
 const REACH: usize = 2;
+/// Readings of a row that are averaged together, as processors do it several at a time.
+const RUN: usize = 32;
 /// Means are rounded to this fraction of a metre, less than a tenth of the noise of any depth camera at the end
 /// of its range: a depth image with few values is packed well.
 const STEPS: f32 = 1024.0;
@@ -26,11 +28,11 @@ impl Frame {
         readings.extend_from_slice(self.depth().data());
         let (width, height) = (self.depth().width(), self.depth().height());
         let before = Readings { width, height, depths: readings };
-        for (pixel, depth) in self.depth_mut().data_mut().iter_mut().enumerate() {
-            if end.is_near(*depth)
-                && let Some(mean) = end.mean(&before, pixel)
-            {
-                *depth = mean;
+        for (v, row) in self.depth_mut().data_mut().chunks_exact_mut(width).enumerate() {
+            for (run, depths) in row.chunks_mut(RUN).enumerate() {
+                if depths.iter().any(|&z| end.is_near(z)) {
+                    end.average(&before, [run * RUN, v], depths);
+                }
             }
         }
     }
@@ -70,27 +72,45 @@ impl RangeEnd {
         z > 0.0 && (z - self.max_depth).abs() <= 2.0 * self.tolerance
     }
 
-    /// The mean of the readings around a pixel that are of the same surface, if it is within the tolerance of
-    /// the limit.
-    fn mean(self, readings: &Readings<'_>, pixel: usize) -> Option<f32> {
-        let (u, v) = (pixel % readings.width, pixel / readings.width);
-        let z = *readings.depths.get(pixel)?;
+    /// Replaces those of a run of readings, which begins at pixel (u, v), that are near the limit by the mean of
+    /// the readings of their surface, if it is within the tolerance of the limit.
+    fn average(self, readings: &Readings<'_>, [u, v]: [usize; 2], depths: &mut [f32]) {
+        let own: [f32; RUN] = std::array::from_fn(|i| depths.get(i).copied().unwrap_or(0.0));
         // The difference of two readings errs by the square root of two as much as one.
         let same = std::f32::consts::SQRT_2 * self.tolerance;
-        let columns = u.saturating_sub(REACH)..(u + REACH + 1).min(readings.width);
         // Differences are added up, so that readings among equal ones stay what they are.
-        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut sums, mut counts) = ([0.0_f32; RUN], [0.0_f32; RUN]);
         for row in v.saturating_sub(REACH)..(v + REACH + 1).min(readings.height) {
-            let row = row * readings.width;
-            for other in readings.depths.get(row + columns.start..row + columns.end)? {
-                if *other > 0.0 && (other - z).abs() <= same {
-                    sum += other - z;
-                    count += 1.0;
-                }
+            let around = readings.around(u, row);
+            for others in around.windows(RUN) {
+                let terms: [(f32, f32); RUN] = std::array::from_fn(|i| {
+                    let difference = others[i] - own[i];
+                    let is_same = (others[i] > 0.0) & (difference.abs() <= same);
+                    if is_same { (difference, 1.0) } else { (0.0, 0.0) }
+                });
+                sums = std::array::from_fn(|i| sums[i] + terms[i].0);
+                counts = std::array::from_fn(|i| counts[i] + terms[i].1);
             }
         }
-        let mean = if sum == 0.0 { z } else { ((z + sum / count) * STEPS).round() / STEPS };
-        ((mean - self.max_depth).abs() <= self.tolerance).then_some(mean)
+        for ((depth, sum), count) in depths.iter_mut().zip(sums).zip(counts) {
+            if self.is_near(*depth) && sum != 0.0 {
+                let mean = ((*depth + sum / count) * STEPS).round() / STEPS;
+                *depth = if (mean - self.max_depth).abs() <= self.tolerance { mean } else { *depth };
+            }
+        }
+    }
+}
+
+impl Readings<'_> {
+    /// The readings of a row from [`REACH`] before column `u` to as far behind a run; 0 outside the image.
+    fn around(&self, u: usize, row: usize) -> [f32; RUN + 2 * REACH] {
+        let row = &self.depths[row * self.width..(row + 1) * self.width];
+        let inside = u.checked_sub(REACH).and_then(|first| row.get(first..)?.first_chunk());
+        if let Some(around) = inside {
+            return *around;
+        }
+        let reading = |column: usize| column.checked_sub(REACH).and_then(|column| row.get(column)).copied();
+        std::array::from_fn(|i| reading(u + i).unwrap_or(0.0))
     }
 }
 

@@ -48,8 +48,8 @@ pub struct RejectedPlane {
 const MAX_ANGLE_DEVIATION: f64 = 0.052;
 
 /// Largest standard deviation by which the tilt of a narrow plane moves its long rims, metres. Where it is
-/// larger, noise may hide that the plane goes through a step. Without narrow planes recall in buildings is about 1 % lower (frames of doors,
-/// mostly); with all of them precision is 4 to 8 % lower.
+/// larger, noise may hide that the plane goes through a step. Without narrow planes recall in buildings is about
+/// 1 % lower (frames of doors, mostly); with all of them precision is 4 to 8 % lower.
 const MAX_RIM_DEVIATION: f64 = 0.001;
 
 /// Rejects planes that are too small, too uncertain, or on a mover (paper III-B).

@@ -158,7 +158,7 @@ fn the_sides_of_a_doorway_are_planes() {
     let map = map_with(&fine, &world, &views);
     for side in [-1.0, 1.0] {
         let found = planes_like(&map, [-side, 0.0, 0.0], [0.475 * side, 0.06, 1.0]);
-        assert_eq!(found.len(), 1, "{side}: {:?}", map.iter().map(|plane| plane.plane()).collect::<Vec<_>>());
+        assert_eq!(found.len(), 1, "{side}: {:?}", map.iter().map(MapPlane::plane).collect::<Vec<_>>());
     }
 }
 

@@ -7,8 +7,8 @@ use crate::moments::{Fit, Moments};
 /// Number of parts across a strip: enough to show a step in its middle, few enough for many readings in each.
 const PARTS: usize = 8;
 /// Largest root mean square distance of the parts' means from the plane, metres. Across a step of height h it
-/// is h / 4. With 3 mm some frames of doors are missed, into which readings of the wall above have come; without the rule a step of 3 cm at 3 m is a plane
-/// (`a_step_within_the_noise_yields_no_plane`).
+/// is h / 4. With 3 mm some frames of doors are missed, into which readings of the wall above have come; without
+/// the rule a step of 3 cm at 3 m is a plane (`a_step_within_the_noise_yields_no_plane`).
 const MAX_MISFIT: f64 = 0.004;
 
 /// The shape of a strip across its longest extent: the mean distances of its parts from the plane.
@@ -67,9 +67,13 @@ mod tests {
                 points.push([x, 0.02 * f64::from(along), 2.0 + height(x)]);
             }
         }
-        points.iter().for_each(|point| sums.add_point(*point, 1.0));
+        for &point in &points {
+            sums.add_point(point, 1.0);
+        }
         let mut profile = StripProfile::new(&sums).unwrap();
-        points.iter().for_each(|point| profile.add(*point));
+        for point in points {
+            profile.add(point);
+        }
         profile.is_step()
     }
 
@@ -83,7 +87,9 @@ mod tests {
     #[test]
     fn points_on_a_line_have_no_profile() {
         let mut sums = Moments::default();
-        (0..9).for_each(|k| sums.add_point([0.1 * f64::from(k), 0.0, 2.0], 1.0));
+        for k in 0..9 {
+            sums.add_point([0.1 * f64::from(k), 0.0, 2.0], 1.0);
+        }
         assert!(StripProfile::new(&sums).is_none() && StripProfile::new(&Moments::default()).is_none());
     }
 }
