@@ -1,4 +1,4 @@
-use dymlm::core::{Point, PointCloud};
+use dymlm::core::{DepthImage, Frame, Point, PointCloud};
 use dymlm::files::plane_records;
 use dymlm::octree::CellState;
 use dymlm::{ObjectMap, Octree, PlaneMap};
@@ -36,12 +36,25 @@ impl SpaceTruth for Undetected<'_> {
     }
 }
 
+/// Depths at which readings are scored, metres.
+const RANGE: std::ops::RangeInclusive<f32> = 0.5..=4.0;
+
+/// The frame with those readings whose true depth is scored. A reading of 3.98 m of a wall at 4.05 m errs; a map
+/// is not asked for it.
+fn truly_in_range(frame: &SimulatedFrame) -> Result<Frame, AnyError> {
+    let (depth, truth) = (frame.frame.depth(), frame.true_depth.data());
+    let readings = depth.data().iter().zip(truth);
+    let in_range = readings.map(|(&z, truth)| if RANGE.contains(truth) { z } else { 0.0 }).collect();
+    let depth = DepthImage::new(depth.width(), depth.height(), in_range)?;
+    Ok(Frame::new(frame.frame.timestamp(), *frame.frame.camera(), depth, None)?)
+}
+
 impl Standard {
     pub(crate) fn new(sequence: &Sequence) -> Result<Self, AnyError> {
         Ok(Self {
             truth: Truth::new(sequence, &TruthConfig::default())?,
-            dynamic_map: DynamicMapScorer::new(0.5..=4.0),
-            occupancy: OccupancyScorer::new(0.5..=4.0),
+            dynamic_map: DynamicMapScorer::new(RANGE),
+            occupancy: OccupancyScorer::new(RANGE),
             has_undetected: !sequence.config().events.is_empty()
                 || sequence.config().detector.overlooked_people > 0,
         })
@@ -52,7 +65,7 @@ impl Standard {
         self.truth.observe(frame);
         let (transient, pose) = (&frame.transient_mask, &frame.world_from_camera);
         self.occupancy.observe(&frame.frame, &frame.true_depth, transient, pose)?;
-        Ok(self.dynamic_map.add_frame(&frame.frame, transient, pose)?)
+        Ok(self.dynamic_map.add_frame(&truly_in_range(frame)?, transient, pose)?)
     }
 
     pub(crate) fn truth(&self) -> &Truth {
