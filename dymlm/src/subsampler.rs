@@ -41,9 +41,7 @@ impl Subsampler {
             None => input.frame.subsampled(stride)?,
         };
         smaller.set_timestamp(smaller.timestamp() + clock_offset)?;
-        if smaller.reaches_range_end(&self.sensor) {
-            smaller.average_range_end(&self.sensor, &mut self.readings);
-        }
+        smaller.average_range_end(&self.sensor, &mut self.readings);
         let frame = &*self.frame.insert(smaller);
         if stride == 1 {
             return Ok(FrameInput { frame, ..*input });

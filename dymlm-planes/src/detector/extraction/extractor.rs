@@ -444,7 +444,8 @@ impl PlaneExtractor {
 
     /// Measures the shape of each strip across its longest extent, from all its readings.
     fn measure_profiles(&mut self) {
-        let profile = |(sums, is_wide): (&Moments, &bool)| StripProfile::new(sums).filter(|_| !is_wide);
+        let profile =
+            |(sums, is_wide): (&Moments, &bool)| if *is_wide { None } else { StripProfile::new(sums) };
         self.profiles.clear();
         self.profiles.push(None);
         self.profiles.extend(self.sums.iter().zip(&self.is_wide[1..]).map(profile));

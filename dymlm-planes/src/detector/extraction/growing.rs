@@ -188,10 +188,11 @@ impl Growing {
     /// than an eighth would stay core keeps all its blocks. Strips have no core blocks.
     fn erode(&mut self, scene: &Scene<'_>) {
         let (grid, labels) = (scene.grid, scene.block_labels);
+        let may_be_core = |label: u16| label != 0 && scene.is_wide[usize::from(label)];
         self.core.clear();
         self.core.extend(labels.iter().enumerate().map(|(block, &label)| {
-            let may_be_core = label != 0 && scene.is_wide[usize::from(label)];
-            may_be_core && grid.neighbors(block).into_iter().flatten().all(|other| labels[other] == label)
+            may_be_core(label)
+                && grid.neighbors(block).into_iter().flatten().all(|other| labels[other] == label)
         }));
         self.blocks.clear();
         self.blocks.resize(scene.seeds.len() + 1, [0; 2]);
@@ -202,7 +203,7 @@ impl Growing {
         }
         for (&label, core) in labels.iter().zip(&mut self.core) {
             let [all, inner] = self.blocks[usize::from(label)];
-            *core |= label != 0 && scene.is_wide[usize::from(label)] && 8 * inner < all;
+            *core |= may_be_core(label) && 8 * inner < all;
         }
     }
 
