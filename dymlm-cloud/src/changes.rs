@@ -38,9 +38,18 @@ pub(crate) struct Touched {
     pub(crate) slot: usize,
     /// How these changes can affect its voxels.
     pub(crate) effect: Effect,
+    /// Voxels through which its surface passes now, or has passed before, but not both.
+    pub(crate) resurfaced: CellBits,
     /// 1 + the slots of the blocks around, itself among them; 0 where there is none or it is not known. Known
     /// are the blocks that have changed, and all of them when the block itself has changed.
     around: [u32; NEIGHBORS],
+}
+
+/// A block whose surface is another than before.
+pub(crate) struct Refit {
+    pub(crate) slot: usize,
+    /// Voxels through which the surface passes now, or has passed before, but not both.
+    pub(crate) resurfaced: CellBits,
 }
 
 /// All changes, by blocks.
@@ -68,18 +77,16 @@ impl Changes {
         self.indices.get(&(slot as u64)).and_then(|&index| self.changes.get(index as usize))
     }
 
-    /// The blocks that have changed, and the blocks around them with a voxel that looks beyond its own place.
+    /// The blocks that have changed, and of the blocks around them and those with another surface the ones with
+    /// a voxel that looks beyond its own place.
     pub(crate) fn touched(
         &self,
         voxels: &BlockStore<VoxelBlock>,
+        refits: &[Refit],
         looks_around: impl Fn(usize) -> bool,
     ) -> Vec<Touched> {
-        let start = |change: &Change| Touched {
-            slot: change.slot,
-            effect: Effect::default(),
-            around: [0; NEIGHBORS],
-        };
-        let mut touched: Vec<Touched> = self.changes.iter().map(start).collect();
+        let mut touched: Vec<Touched> =
+            self.changes.iter().map(|change| Touched::untouched(change.slot)).collect();
         let mut indices = self.indices.clone();
         for (own, change) in self.changes.iter().enumerate() {
             touched[own].around = voxels.neighborhood(change.slot);
@@ -89,7 +96,7 @@ impl Changes {
                     continue;
                 }
                 let index = *indices.entry(slot as u64).or_insert_with(|| {
-                    touched.push(Touched { slot, effect: Effect::default(), around: [0; NEIGHBORS] });
+                    touched.push(Touched::untouched(slot));
                     touched.len() as u32 - 1
                 });
                 let neighbor = &mut touched[index as usize];
@@ -97,11 +104,23 @@ impl Changes {
                 neighbor.around[NEIGHBORS - 1 - place] = change.slot as u32 + 1;
             }
         }
+        let resurfaced = |refit: &&Refit| refit.resurfaced != CellBits::default() && looks_around(refit.slot);
+        for refit in refits.iter().filter(resurfaced) {
+            let index = *indices.entry(refit.slot as u64).or_insert_with(|| {
+                touched.push(Touched::untouched(refit.slot));
+                touched.len() as u32 - 1
+            });
+            touched[index as usize].resurfaced = refit.resurfaced;
+        }
         touched
     }
 }
 
 impl Touched {
+    fn untouched(slot: usize) -> Self {
+        Self { slot, effect: Effect::default(), resurfaced: CellBits::default(), around: [0; NEIGHBORS] }
+    }
+
     /// The blocks around that are known: the steps to them, and their slots.
     pub(crate) fn around(&self) -> impl Iterator<Item = ([i32; 3], usize)> {
         let known = self.around.iter().enumerate().filter(|(_, slot)| **slot > 0);

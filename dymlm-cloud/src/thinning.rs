@@ -24,7 +24,9 @@ const MIN_WEIGHT_SHARE: f32 = 0.4;
 /// static voxel within [`thinning_radius`](CloudMapConfig::thinning_radius) standard deviations has more than
 /// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of the voxel's own readings: a voxel that
 /// was seen from near is exact, does not even reach the next voxel, and is left alone; and two surfaces stay
-/// two as long as they are further apart than that.
+/// two as long as they are further apart than that. Where the readings around are known to be those of a single
+/// surface, the voxels through which it passes are no noise, however much its other parts weigh: what is read
+/// from aside, or at the border of what was seen, weighs little.
 #[derive(Debug, Clone)]
 pub(crate) struct Thinning {
     min_observations: u32,

@@ -3,8 +3,8 @@ use dymlm_core::{Point, Rgb};
 use super::Source;
 use super::fusion::Leaving;
 use super::surface::{Moments, Surface};
-use crate::block_store::{CellBits, count, has};
-use crate::changes::{Change, Effect};
+use crate::block_store::{CellBits, count, has, union};
+use crate::changes::{Change, Touched};
 use crate::paging::record;
 use crate::places::Places;
 
@@ -36,7 +36,7 @@ pub(crate) struct StaticBlock {
 pub(super) struct Asked {
     /// Those that are static and stay so.
     pub(super) settled: CellBits,
-    /// Those that have changed themselves.
+    /// Those that have changed themselves, or that a surface has reached or left.
     pub(super) changed: CellBits,
     /// Those that were static, and those that were noise, which changes around may affect.
     pub(super) kept: CellBits,
@@ -57,10 +57,11 @@ record!(StaticBlock {
 });
 impl StaticBlock {
     /// The firm voxels that changes in the block and around may affect.
-    pub(super) fn asked(&self, change: Option<&Change>, effect: Effect) -> Asked {
+    pub(super) fn asked(&self, change: Option<&Change>, touched: &Touched) -> Asked {
         let changed = change.map_or(CellBits::default(), |change| change.voxels);
-        let [raised, lowered] =
-            [effect.raised, effect.lowered].map(|effect| if effect > 0.0 { u64::MAX } else { 0 });
+        let changed = union(changed, touched.resurfaced);
+        let [raised, lowered] = [touched.effect.raised, touched.effect.lowered]
+            .map(|effect| if effect > 0.0 { u64::MAX } else { 0 });
         let none = CellBits::default();
         let mut asked = Asked { settled: none, changed: none, kept: none, noise: none };
         for (word, changed) in changed.into_iter().enumerate() {

@@ -17,7 +17,7 @@ use crate::block_store::{
     BLOCK_CELLS, BlockStore, CellBits, NEIGHBORS, cell_in_block, count, for_each_bit, has, put, split,
     step_to,
 };
-use crate::changes::Changes;
+use crate::changes::{Changes, Refit};
 use crate::paging::record;
 use crate::slot_index::KeyHasher;
 use crate::thinning::looks_around;
@@ -84,18 +84,18 @@ pub(super) struct Layer {
 }
 
 impl StaticCloud {
-    /// Fits surfaces anew where voxels have changed, moves the voxels around onto them, and notes the blocks
-    /// whose points this changes. `filled`: blocks that now have their first voxels that are no ghosts, or
+    /// Moves voxels onto the surfaces around, and notes the blocks whose points this changes. `refits`: the blocks
+    /// with another surface than before; `filled`: blocks that now have their first voxels that are no ghosts, or
     /// have none any more.
     pub(super) fn fuse(
         &mut self,
         source: Source<'_>,
-        changes: &Changes,
+        refits: &[Refit],
         filled: &[usize],
         renewals: &mut Renewals,
     ) {
-        let refitted = self.refit(source, changes);
-        let concerned = around(source.voxels, refitted.into_iter().chain(filled.iter().copied()));
+        let concerned =
+            around(source.voxels, refits.iter().map(|refit| refit.slot).chain(filled.iter().copied()));
         let mut slots: Vec<usize> = concerned.into_iter().chain(renewals.slots()).collect();
         slots.retain(|&slot| self.blocks[slot].looks_around || !self.blocks[slot].leaving.is_empty());
         slots.sort_unstable();
@@ -113,22 +113,22 @@ impl StaticCloud {
         }
     }
 
-    /// Fits the surfaces of the blocks that have changed and of those around; returns the blocks whose
-    /// surface is new.
-    fn refit(&mut self, source: Source<'_>, changes: &Changes) -> Vec<usize> {
+    /// Fits the surfaces of the blocks that have changed and of those around; returns the blocks with another
+    /// surface than before.
+    pub(super) fn refit(&mut self, source: Source<'_>, changes: &Changes) -> Vec<Refit> {
         let slots = around(source.voxels, changes.iter().map(|change| change.slot));
         let fitted = crate::parallel::map(slots, |slot| (slot, self.fitted(source, slot)));
-        let mut refitted = Vec::new();
+        let mut refits = Vec::new();
         for (slot, surface) in fitted {
             let Some(block) = self.blocks.get_mut(slot) else { continue };
             if block.surface != surface
                 && let Some(block) = block.to_mut()
             {
-                block.surface = surface;
-                refitted.push(slot);
+                let before = std::mem::replace(&mut block.surface, surface);
+                refits.push(Refit { slot, resurfaced: surface.resurfaced(&before, &block.firm) });
             }
         }
-        refitted
+        refits
     }
 
     /// The surface of a block; none, too, where no voxel around would move to it.

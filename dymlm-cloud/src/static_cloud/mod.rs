@@ -3,7 +3,7 @@ use std::sync::{Arc, OnceLock};
 use dymlm_core::{Pages, Point, PointCloud, Rgb};
 
 use crate::block_store::{BlockStore, CellBits, has, memory_bytes_beside, page_out_like, put, without};
-use crate::changes::{Change, Changes, Effect, Touched};
+use crate::changes::{Change, Changes, Effect, Refit, Touched};
 use crate::evidence::Evidence;
 use crate::paging::Paged;
 use crate::places::Places;
@@ -19,6 +19,7 @@ mod surface;
 use block::{Asked, StaticBlock};
 use fusion::{Layer, Renewal, Renewals};
 pub(crate) use surface::Moments;
+use surface::Surface;
 
 /// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for all
 /// blocks of a map that is read for the first time would be a third of the map again. A frame changes fewer
@@ -28,9 +29,9 @@ const BATCH: usize = 1 << 14;
 /// The static part of the map, block by block, as of the last query: without ghosts, and without
 /// [noise](Thinning).
 ///
-/// Taking in changes costs what has changed. A voxel is judged anew when it has changed itself; when it was
-/// static and a voxel around has become heavier than its limit; or when it was noise and a voxel around has
-/// become lighter or a ghost.
+/// Taking in changes costs what has changed. A voxel is judged anew when it has changed itself; when the surface
+/// of its block has reached or left it; when it was static and a voxel around has become heavier than its limit;
+/// or when it was noise and a voxel around has become lighter or a ghost.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
@@ -112,14 +113,15 @@ impl StaticCloud {
 
     fn take_in_changes(&mut self, source: Source<'_>, changes: &Changes) {
         let filled = self.take_in(source, changes);
-        let judged = self.judge_all(source, changes);
+        let refits = if source.fuses { self.refit(source, changes) } else { Vec::new() };
+        let judged = self.judge_all(source, changes, &refits);
         let mut renewals = Renewals::default();
         for (slot, statics) in judged {
             let Some(block) = self.blocks.get_mut(slot).and_then(Paged::to_mut) else { continue };
             renewals.note(slot, std::mem::replace(&mut block.statics, statics));
         }
         if source.fuses {
-            self.fuse(source, changes, &filled, &mut renewals);
+            self.fuse(source, &refits, &filled, &mut renewals);
         }
         self.renew_points(source, changes, renewals);
     }
@@ -148,9 +150,9 @@ impl StaticCloud {
     }
 
     /// The static voxels of the blocks that have changed, and of the blocks whose static voxels have become
-    /// others through changes around them.
-    fn judge_all(&self, source: Source<'_>, changes: &Changes) -> Vec<(usize, CellBits)> {
-        let touched = changes.touched(source.voxels, |slot| self.blocks[slot].looks_around);
+    /// others through changes around them or another surface.
+    fn judge_all(&self, source: Source<'_>, changes: &Changes, refits: &[Refit]) -> Vec<(usize, CellBits)> {
+        let touched = changes.touched(source.voxels, refits, |slot| self.blocks[slot].looks_around);
         let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, mut touched| {
             let (slot, before) = (touched.slot, &self.blocks[touched.slot]);
             let statics = self.judge(source, changes, &mut touched, scratch);
@@ -310,14 +312,15 @@ impl StaticCloud {
         Scratch { candidates, window }: &mut Scratch,
     ) -> CellBits {
         let change = changes.of(touched.slot);
-        let asked = self.blocks[touched.slot].asked(change, touched.effect);
+        let block = &self.blocks[touched.slot];
+        let asked = block.asked(change, touched);
         let mut statics = asked.settled;
-        find_candidates(source, touched, &asked, &mut statics, candidates);
+        find_candidates(source, touched, &asked, &block.surface, &mut statics, candidates);
         if candidates.is_empty() {
             return statics;
         }
         // Voxels that were static before are compared only with what is new.
-        let only_new = change.is_none() && asked.noise == CellBits::default();
+        let only_new = change.is_none() && [asked.changed, asked.noise] == [CellBits::default(); 2];
         if change.is_none() && !only_new {
             touched.find_around(source.voxels);
         }
@@ -491,6 +494,7 @@ fn find_candidates(
     source: Source<'_>,
     touched: &Touched,
     asked: &Asked,
+    surface: &Surface,
     statics: &mut CellBits,
     candidates: &mut Vec<Candidate>,
 ) {
@@ -510,7 +514,7 @@ fn find_candidates(
             return;
         }
         let radius = thinning.radius(sum, observations);
-        if looks_around(radius) {
+        if looks_around(radius) && !surface.passes_through(place) {
             candidates.push(Candidate { place, limit, radius });
         } else {
             put(statics, place);

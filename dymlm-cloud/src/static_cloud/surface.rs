@@ -2,7 +2,7 @@ use dymlm_core::symmetric_eigen3;
 use dymlm_core::vector3::dot;
 
 use super::columns::Columns;
-use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block};
+use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block, for_each_bit, put};
 use crate::paging::record;
 use crate::thinning::Thinning;
 use crate::voxel::{SUBVOXELS, to_f64};
@@ -177,6 +177,26 @@ impl Surface {
             offset: ((dot(normal, mean) * OFFSET_STEPS).round() / OFFSET_STEPS) as f32,
             log_weight,
         })
+    }
+
+    /// Whether the surface passes through a voxel of its block.
+    pub(super) fn passes_through(&self, place: usize) -> bool {
+        let middle = cell_in_block(place).map(|c| f64::from(c) + 0.5 - HALF_BLOCK);
+        let normal = self.normal.map(f64::from);
+        // From the voxel's middle to its corner that is farthest along the normal.
+        let half_width = 0.5 * normal.map(f64::abs).iter().sum::<f64>();
+        self.is_some() && (dot(normal, middle) - f64::from(self.offset)).abs() <= half_width
+    }
+
+    /// Of some voxels of the block, those that one of two surfaces passes through, but not both.
+    pub(super) fn resurfaced(&self, other: &Self, voxels: &CellBits) -> CellBits {
+        let mut resurfaced = CellBits::default();
+        for_each_bit(*voxels, |place| {
+            if self.passes_through(place) != other.passes_through(place) {
+                put(&mut resurfaced, place);
+            }
+        });
+        resurfaced
     }
 
     /// Whether there is a surface.

@@ -102,6 +102,26 @@ fn a_far_wall_is_one_layer_whatever_way_it_lies() {
 }
 
 #[test]
+fn what_few_frames_have_read_of_a_wall_is_kept_beside_what_many_have_read() {
+    let pose = Pose::identity();
+    let sensor = SensorModel::kinect();
+    let (mut map, mut random) =
+        (CloudMap::new(CloudMapConfig::default(), sensor).unwrap(), SplitMix64::new(8));
+    // Most frames read nothing of the right half.
+    let left_half = |x: f64, y: f64| if x < 0.0 { slanted_wall(x, y) } else { (0.0, [90; 3]) };
+    for time in 0..60 {
+        let scene: Scene<'_> = if time < 4 { &slanted_wall } else { &left_half };
+        map.insert(&noisy(scene, time, &mut random), None, &pose).unwrap();
+    }
+    // A voxel looks for heavier ones as far as 8 cm away.
+    let squares: BTreeSet<[i64; 2]> =
+        seen(&map, &pose).iter().map(|[x, y, _]| [x, y].map(|c| (c / 0.02).floor() as i64)).collect();
+    let beside: Vec<[i64; 2]> = (0..4).flat_map(|x| (-20..20).map(move |y| [x, y])).collect();
+    let kept = beside.iter().filter(|&square| squares.contains(square)).count();
+    assert!(kept * 100 >= beside.len() * 95, "{kept} of {} squares", beside.len());
+}
+
+#[test]
 fn both_sides_of_an_edge_are_kept() {
     // Two walls that meet at a right angle, 3.5 m ahead.
     let scene = |x: f64, _: f64| (3.5 / (1.0 + x.abs()), [90; 3]);
