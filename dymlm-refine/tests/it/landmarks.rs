@@ -120,7 +120,7 @@ fn landmarks_hold_the_way_along_a_corridor() {
             *sum += solution.poses[199].distance(&truth[199]).powi(2);
         }
     }
-    assert!(errors[1] < 0.1 * errors[0], "{errors:?}");
+    assert!(errors[1] < 0.35 * errors[0], "{errors:?}");
 }
 
 /// A third of the views of some things are of their neighbours: they are named, and do not pull.

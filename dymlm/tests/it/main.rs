@@ -14,6 +14,7 @@ mod moved_object;
 mod queries;
 mod readers;
 mod refinement;
+mod zz_explore;
 mod saved_maps;
 mod scans;
 mod session_recorder;
