@@ -9,15 +9,12 @@ use super::RefineConfig;
 use super::pose_problem::KeyFramePose;
 
 /// Error of the middle of an outline, as a share of the object's extent across the line of sight: one
-/// deviation. At true poses it is 0.066 across and 0.083 upwards, of 1,600 outlines in five simulated
-/// sequences. Things are neither boxes nor ellipsoids, and detectors cut off their ends.
+/// deviation. At true poses it is 0.066, of 1,600 outlines in five simulated sequences: things are neither
+/// boxes nor ellipsoids, and detectors cut off their ends.
 const OUTLINE_ERROR: f64 = 0.08;
-/// The same where something hides an end: the middle may be anywhere in the object.
-const CUT_OUTLINE_ERROR: f64 = 0.5;
-/// Error of the centre along the line of sight, as a share of half the depth that the object has there. Of
-/// that depth one frame sees only the front; the rest is known by the object's box, which is as good as the
-/// object's other views. At true poses it is 0.31.
-const DEPTH_ERROR: f64 = 0.5;
+/// Cosine between the normal of the plane on which an object stands and a direction across the line of sight
+/// from which on the outline ends at that plane: 60 degrees.
+const UPRIGHT: f64 = 0.5;
 /// Cosine of the angle at the object from which on views show other sides: 15 degrees, as for the objects.
 const SIDE_COSINE: f64 = 0.966;
 /// After this time, seconds, an object counts anew though its side is the same: less drift than the error of
@@ -85,8 +82,12 @@ fn key_frame_of(sighting: &ObjectSighting, key_frames: &[KeyFramePose]) -> Optio
 }
 
 /// Where a sighting has the object's centre: behind the middle of its outline, by half the depth that its
-/// box has there. The covariance is that of the outline across the line of sight, and along it grows with
-/// the depth that is not seen.
+/// box has there.
+///
+/// Only across the line of sight does the outline say where that is, and only where both its ends are the
+/// thing's. How deep the thing is behind its front, and where it ends at the plane on which it stands, is
+/// biased by some centimetres, and for all things alike, so that no number of views averages it out: by such
+/// depths a corridor would be longer on the way back. Along these directions the deviation is the distance.
 fn center_view(
     pose: usize,
     object: &MapObject,
@@ -94,24 +95,26 @@ fn center_view(
     sensor: &SensorModel,
     config: &RefineConfig,
 ) -> Option<LandmarkView> {
-    let half = |direction: Vector3| half_extent(object, sighting.world_from_camera.rotate(direction));
+    let in_world = |direction: Vector3| sighting.world_from_camera.rotate(direction);
+    let distance = sighting.nearest + half_extent(object, in_world(sighting.direction));
     let noise = config.common_noise * f64::from(sensor.sigma(sighting.nearest as f32));
+    let up = object.support().map(|support| support.plane.normal());
     let [left, top, right, bottom] = sighting.completeness.sides().map(|side| side == SideView::Whole);
-    let is_whole = [left && right, top && bottom];
+    let has_both_ends = [left && right, top && bottom];
     let across = [0, 1].map(|axis| {
-        let share = if is_whole[axis] { OUTLINE_ERROR } else { CUT_OUTLINE_ERROR };
-        let direction = sighting.across[axis];
-        (direction, norm([noise, 2.0 * share * half(direction), 0.0]))
+        let direction = in_world(sighting.across[axis]);
+        let is_upright = up.is_some_and(|up| dot(up, direction).abs() > UPRIGHT);
+        let error = OUTLINE_ERROR * 2.0 * half_extent(object, direction);
+        let is_known = has_both_ends[axis] && !is_upright;
+        (sighting.across[axis], if is_known { norm([noise, error, 0.0]) } else { distance })
     });
-    let depth = half(sighting.direction);
-    let toward = (sighting.direction, norm([noise, DEPTH_ERROR * depth, 0.0]));
-    let axes = [across[0], across[1], toward];
+    let axes = [across[0], across[1], (sighting.direction, distance)];
     let entry = |row: usize, column: usize| {
         axes.iter().map(|(axis, deviation)| deviation * deviation * axis[row] * axis[column]).sum()
     };
-    let place = along([0.0; 3], sighting.nearest + depth, sighting.direction);
     let covariance = [0, 1, 2].map(|row| [0, 1, 2].map(|column| entry(row, column)));
-    (depth > 0.0).then_some(LandmarkView { pose, place, covariance })
+    let place = along([0.0; 3], distance, sighting.direction);
+    (distance > 0.0).then_some(LandmarkView { pose, place, covariance })
 }
 
 /// From an object's centre to its end in a direction, a unit vector of the world.

@@ -91,8 +91,7 @@ impl<'a> PoseProblem<'a> {
         let Found { solution, met_again, .. } = found;
         let frames = self.given.iter().map(|key_frame| key_frame.frame);
         let is_of_several = |views: &&Vec<PlaneView>| views.iter().any(|view| view.pose != views[0].pose);
-        // Each side of an object counts once, so each view is of a key frame of its own.
-        let has_several = |views: &&Vec<LandmarkView>| views.len() > 1;
+        let has_several = |views: &&Vec<LandmarkView>| views.iter().any(|view| view.pose != views[0].pose);
         let of_map = |[plane, _]: &&[usize; 2]| *plane < self.views.len();
         Ok(RefinedPoses {
             poses: frames.zip(solution.poses).collect(),
@@ -124,7 +123,7 @@ impl<'a> PoseProblem<'a> {
         for pair in pairs {
             graph.add_plane(pair)?;
         }
-        for views in self.object_views.values() {
+        for views in self.object_views.values().filter(|_| std::env::var("NOLM").is_err()) {
             graph.add_landmark(views)?;
         }
         let solution = graph.optimize(&SolverConfig::default())?;

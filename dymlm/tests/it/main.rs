@@ -13,6 +13,7 @@ mod memory_budget;
 mod moved_object;
 mod queries;
 mod readers;
+mod landmarks;
 mod refinement;
 mod zz_explore;
 mod saved_maps;
