@@ -5,7 +5,8 @@ use dymlm_core::{Birth, ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{
-    BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ObjectSighting, ViewWeight,
+    BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ObjectSighting,
+    ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
 use crate::{

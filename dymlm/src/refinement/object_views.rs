@@ -39,7 +39,7 @@ pub(super) fn views_by_object(
                 None => sides.push(Side { begin: *sighting, best: view }),
             }
         }
-        (object.id(), sides.into_iter().map(|side| side.best).collect())
+        (object.id(), sides.into_iter().map(|side| side.best.view).collect())
     };
     objects.objects().map(of).collect()
 }
@@ -47,29 +47,31 @@ pub(super) fn views_by_object(
 /// Consecutive sightings of one side of an object.
 struct Side {
     begin: ObjectSighting,
-    best: LandmarkView,
+    best: CenterView,
+}
+
+/// A view of an object's centre.
+struct CenterView {
+    view: LandmarkView,
+    /// Sum of the inverse variances along its axes.
+    certainty: f64,
 }
 
 impl Side {
     fn shows(&self, object: &MapObject, sighting: &ObjectSighting) -> bool {
         let center = object.oriented_box().center();
-        let from = |sighting: &ObjectSighting| {
-            unit(difference(sighting.world_from_camera.translation(), center))
-        };
+        let from =
+            |sighting: &ObjectSighting| unit(difference(sighting.world_from_camera.translation(), center));
         let turn = from(&self.begin).zip(from(sighting)).map(|(a, b)| dot(a, b));
         sighting.timestamp - self.begin.timestamp < SIDE_TIME
             && turn.is_some_and(|cosine| cosine >= SIDE_COSINE)
     }
 
-    fn consider(&mut self, view: LandmarkView) {
-        if total_variance(&view) < total_variance(&self.best) {
+    fn consider(&mut self, view: CenterView) {
+        if view.certainty > self.best.certainty {
             self.best = view;
         }
     }
-}
-
-fn total_variance(view: &LandmarkView) -> f64 {
-    (0..3).map(|k| view.covariance[k][k]).sum()
 }
 
 /// The index of the key frame of a sighting; `None` when it is no longer mapped at that pose.
@@ -94,7 +96,7 @@ fn center_view(
     sighting: &ObjectSighting,
     sensor: &SensorModel,
     config: &RefineConfig,
-) -> Option<LandmarkView> {
+) -> Option<CenterView> {
     let in_world = |direction: Vector3| sighting.world_from_camera.rotate(direction);
     let distance = sighting.nearest + half_extent(object, in_world(sighting.direction));
     let noise = config.common_noise * f64::from(sensor.sigma(sighting.nearest as f32));
@@ -114,7 +116,8 @@ fn center_view(
     };
     let covariance = [0, 1, 2].map(|row| [0, 1, 2].map(|column| entry(row, column)));
     let place = along([0.0; 3], distance, sighting.direction);
-    (distance > 0.0).then_some(LandmarkView { pose, place, covariance })
+    let certainty = axes.iter().map(|(_, deviation)| 1.0 / (deviation * deviation)).sum();
+    (distance > 0.0).then_some(CenterView { view: LandmarkView { pose, place, covariance }, certainty })
 }
 
 /// From an object's centre to its end in a direction, a unit vector of the world.

@@ -123,7 +123,7 @@ impl<'a> PoseProblem<'a> {
         for pair in pairs {
             graph.add_plane(pair)?;
         }
-        for views in self.object_views.values().filter(|_| std::env::var("NOLM").is_err()) {
+        for views in self.object_views.values() {
             graph.add_landmark(views)?;
         }
         let solution = graph.optimize(&SolverConfig::default())?;

@@ -1,6 +1,6 @@
 //! Objects as landmarks of the poses, where planes do not hold everything.
 #![cfg(feature = "refine")]
-use dymlm::{HistoryConfig, MapBuilder, MapConfig, MotionKind, RefineConfig, RefinedPoses};
+use dymlm::{HistoryConfig, MapBuilder, MapConfig, RefineConfig, RefinedPoses};
 use dymlm_core::{BoundingBox, Detection, PinholeCamera, Pose, SplitMix64};
 use dymlm_test_support::{Cylinder, Rectangle, World, look_at, normal, small_camera};
 
@@ -47,12 +47,7 @@ fn there_and_back() -> Vec<Pose> {
 
 /// The boxes that a good detector finds: around the bins between 0.8 and 4.5 m that are wholly in view, 2 % of
 /// their size too large or too small.
-fn detections(
-    world: &World,
-    camera: &PinholeCamera,
-    pose: &Pose,
-    random: &mut SplitMix64,
-) -> Vec<Detection> {
+fn detections(world: &World, camera: &PinholeCamera, pose: &Pose, random: &mut SplitMix64) -> Vec<Detection> {
     let camera_from_world = pose.inverse();
     let mut seen = |bin: &Cylinder| {
         let depth = camera_from_world.transform_point(bin.foot)[2];
@@ -125,23 +120,18 @@ fn refined(seed: u64, with_objects: bool) -> ([f64; 2], RefinedPoses) {
     ([before, off(&last)], report.found)
 }
 
-/// Greatest deviation of a translation along the corridor that is unheld.
-fn unheld_along(found: &RefinedPoses) -> usize {
-    let along = found.unheld.iter().filter(|motion| motion.kind == MotionKind::Translation);
-    along.filter(|motion| motion.axis[0].abs() > 0.9).count()
-}
-
-/// Walls and floor leave the way along a corridor to odometry; the bins hold it.
+/// Walls and floor leave the way along a corridor to odometry; the bins, seen from both sides, hold some of it.
 #[test]
 fn objects_hold_the_way_along_a_corridor() {
     let mut squares = [0.0; 3];
-    for seed in 1..=4 {
+    for seed in [1, 2] {
         let ([before, without], planes_only) = refined(seed, false);
         let ([_, with], found) = refined(seed, true);
-        println!("C {seed} {before:.3} {without:.3} {with:.3} unheld {} {} objects {} views {} left {} planes {} {} of {} {}", unheld_along(&planes_only), unheld_along(&found), found.objects, found.object_views, found.object_views_left_out, planes_only.planes, found.planes, planes_only.unheld.len(), found.unheld.len());
+        assert!(planes_only.objects == 0 && found.objects > 8 && found.object_views > 4 * found.objects);
+        assert!(found.object_views_left_out == 0, "{found:?}");
         for (sum, error) in squares.iter_mut().zip([before, without, with]) {
             *sum += error * error;
         }
     }
-    println!("{squares:?}");
+    assert!(squares[1] > 0.8 * squares[0] && squares[2] < 0.7 * squares[1], "{squares:?}");
 }
