@@ -79,7 +79,7 @@ fn view(thing: [f64; 3], pose: usize, at: &Pose, random: &mut SplitMix64) -> Opt
 }
 
 fn things() -> Vec<[f64; 3]> {
-    (0..14).map(|k| [1.4 * k as f64 + 0.7, if k % 2 == 0 { 0.9 } else { -0.9 }, -0.6]).collect()
+    (0..14_i32).map(|k| [1.4 * f64::from(k) + 0.7, if k % 2 == 0 { 0.9 } else { -0.9 }, -0.6]).collect()
 }
 
 fn views(thing: [f64; 3], truth: &[Pose], random: &mut SplitMix64) -> Vec<LandmarkView> {
