@@ -6,7 +6,7 @@ use dymlm_geometry::OrientedBox;
 
 use super::{
     BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ObjectSighting,
-    ViewWeight,
+    Sightings, ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
 use crate::{
@@ -40,8 +40,7 @@ pub struct MapObject {
     pub(crate) cloud: Arc<ObjectCloud>,
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
-    /// What each frame has seen of it, in the order of time.
-    pub(crate) sightings: Vec<ObjectSighting>,
+    pub(crate) sightings: Sightings,
     pub(crate) motion: BoxMotion,
     /// Ids of the caller's map points on it, ascending.
     pub(crate) sighted_points: Vec<u64>,
@@ -118,7 +117,7 @@ impl MapObject {
             && self.cloud.is_possible()
             && self.centroids.is_possible()
             && self.key_views.is_possible()
-            && self.sightings.iter().all(ObjectSighting::is_possible)
+            && self.sightings.is_possible()
             && self.motion.is_possible()
             && self.view.is_possible()
             && self.evidence.is_possible()
@@ -173,7 +172,7 @@ impl MapObject {
         size_of::<Self>()
             + cloud
             + self.key_views.memory_bytes()
-            + self.sightings.capacity() * size_of::<ObjectSighting>()
+            + self.sightings.memory_bytes()
             + self.supports.capacity() * size_of::<SupportVotes>()
             + self.sighted_points.capacity() * size_of::<u64>()
     }
@@ -221,10 +220,10 @@ impl MapObject {
         &self.centroids
     }
 
-    /// What each frame has seen of it since it stands where it is, in the order of time; poses can be refined
-    /// with it.
-    pub fn sightings(&self) -> &[ObjectSighting] {
-        &self.sightings
+    /// What frames have seen of it since it stands where it is, side by side, of each side up to eight
+    /// sightings in the order of time; poses can be refined with it.
+    pub fn sightings(&self) -> impl Iterator<Item = &ObjectSighting> {
+        self.sightings.iter()
     }
 
     /// Its fused surface points in the world, metres, one per voxel, in a fixed order.
@@ -279,7 +278,7 @@ impl MapObject {
             cloud: Arc::new(ObjectCloud::new(observation.centroid, limits.voxel_size)),
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
-            sightings: Vec::new(),
+            sightings: Sightings::default(),
             motion: BoxMotion::default(),
             sighted_points: Vec::new(),
             view: ViewWeight::default(),
@@ -318,11 +317,10 @@ impl MapObject {
             completeness: observation.completeness,
         };
         self.key_views.add(key_view, weight);
-        self.sightings.extend(ObjectSighting::of(
-            observation,
-            view.frame.timestamp(),
-            &view.world_from_camera,
-        ));
+        let sighting = ObjectSighting::of(observation, view.frame.timestamp(), &view.world_from_camera);
+        if let Some(sighting) = sighting {
+            self.sightings.add(&sighting, self.oriented_box.center());
+        }
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.remember(&observation.sighted_points);
         self.observations += 1;
@@ -394,8 +392,7 @@ impl MapObject {
             self.label = best.to_owned();
         }
         self.key_views.merge(&other.key_views);
-        self.sightings.extend_from_slice(&other.sightings);
-        self.sightings.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp));
+        self.sightings.merge(&other.sightings);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;

@@ -10,6 +10,7 @@ mod moved_object;
 mod object_cloud;
 mod queries;
 mod sighting;
+mod sightings;
 mod space_index;
 mod view_weight;
 
@@ -23,5 +24,6 @@ pub use map_object::{MapObject, ObjectState};
 pub(crate) use object_cloud::{CloudPatch, ObjectCloud};
 pub use queries::RayHit;
 pub use sighting::ObjectSighting;
+pub(crate) use sightings::Sightings;
 pub(crate) use space_index::SpaceIndex;
 pub(crate) use view_weight::{FULL, ViewWeight};

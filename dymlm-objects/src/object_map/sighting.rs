@@ -1,7 +1,7 @@
 use dymlm_core::vector3::{Vector3, along, cross, dot, unit};
 use dymlm_core::{Point, Pose};
 
-use crate::{Completeness, ObjectObservation};
+use crate::{Completeness, ObjectObservation, SideView};
 
 /// What one frame has seen of an object, so that poses can be refined with it: its outline as the camera sees
 /// it, and how near it is.
@@ -61,6 +61,19 @@ impl ObjectSighting {
             nearest,
             completeness: observation.completeness,
         })
+    }
+
+    /// For each direction [`across`](Self::across), whether both ends of the outline are those of the thing.
+    pub fn has_both_ends(&self) -> [bool; 2] {
+        let [left, top, right, bottom] = self.completeness.sides().map(|side| side == SideView::Whole);
+        [left && right, top && bottom]
+    }
+
+    /// Whether it says more of where the thing is: along more directions, or from nearer.
+    pub(crate) fn says_more_than(&self, other: &Self) -> bool {
+        let known = |sighting: &Self| sighting.has_both_ends().into_iter().filter(|known| *known).count();
+        let (own, others) = (known(self), known(other));
+        own > others || (own == others && self.nearest < other.nearest)
     }
 
     /// Whether its numbers are plausible; a damaged file may hold others.
