@@ -177,7 +177,11 @@ mod tests {
         assert!(sightings.memory_bytes() <= memory && memory < 4096, "{}", sightings.memory_bytes());
         let times = times(&sightings);
         // Spread over the whole time.
-        assert!((4..=MOST_OF_A_SIDE).contains(&times.len()) && times[0] < 3600.0 && times[times.len() - 1] > 10000.0);
+        assert!(
+            (4..=MOST_OF_A_SIDE).contains(&times.len())
+                && times[0] < 3600.0
+                && times[times.len() - 1] > 10000.0
+        );
         assert!(times.windows(2).all(|pair| pair[0] < pair[1]));
     }
 
@@ -185,9 +189,12 @@ mod tests {
     fn the_sighting_that_says_most_of_an_interval_is_kept() {
         let mut sightings = Sightings::default();
         let cut = Completeness { left: crate::SideView::Occluder, ..Completeness::default() };
-        for (time, nearest, completeness) in
-            [(0.0, 1.0, cut), (0.5, 2.0, Completeness::default()), (1.0, 1.9, Completeness::default()), (1.5, 1.0, cut)]
-        {
+        for (time, nearest, completeness) in [
+            (0.0, 1.0, cut),
+            (0.5, 2.0, Completeness::default()),
+            (1.0, 1.9, Completeness::default()),
+            (1.5, 1.0, cut),
+        ] {
             sightings.add(&ObjectSighting { completeness, ..sighting(time, 0.0, nearest) }, [0.0; 3]);
         }
         assert_eq!(times(&sightings), [1.0]);

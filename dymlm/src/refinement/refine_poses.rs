@@ -6,7 +6,8 @@ impl MapBuilder {
     /// Finds better poses of the key frames by the planes and the objects that they have seen, and
     /// [corrects](Self::correct_poses) all maps by them: a wall that was seen again after a while becomes one
     /// wall. Objects hold what planes do not, such as the way along a corridor. The caller's poses count as
-    /// odometry, see [`RefineConfig`]; motions that nothing determines stay as the caller's poses have them. The first key frame stays where it is.
+    /// odometry, see [`RefineConfig`]; motions that nothing determines stay as the caller's poses have them.
+    /// The first key frame stays where it is.
     ///
     /// Rounds of a sparse solve and a correction follow each other until the poses stay where they are, or up
     /// to the [greatest number](RefineConfig::rounds).

@@ -20,7 +20,7 @@ pub struct RefinedPoses {
     pub met_again: usize,
     /// Objects of which key frames have seen more than one side, or one side more than once.
     pub objects: usize,
-    /// Views of objects, in all: one a side.
+    /// Views of objects, in all: a few a side.
     pub object_views: usize,
     /// Views that were left out, since they are of another thing than the map has them, or it was moved.
     pub object_views_left_out: usize,
