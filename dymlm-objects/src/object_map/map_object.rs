@@ -220,10 +220,10 @@ impl MapObject {
         &self.centroids
     }
 
-    /// What frames have seen of it since it stands where it is, side by side, of each side up to eight
-    /// sightings in the order of time; poses can be refined with it.
-    pub fn sightings(&self) -> impl Iterator<Item = &ObjectSighting> {
-        self.sightings.iter()
+    /// What frames have seen of it since it stands where it is: of each side (directions that differ by up to
+    /// 15 degrees) up to eight sightings, in the order of time. Poses can be refined with it.
+    pub fn sightings_by_side(&self) -> impl Iterator<Item = &[ObjectSighting]> {
+        self.sightings.by_side()
     }
 
     /// Its fused surface points in the world, metres, one per voxel, in a fixed order.

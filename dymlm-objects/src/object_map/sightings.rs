@@ -73,9 +73,9 @@ impl Sightings {
         self.sides.clear();
     }
 
-    /// Those kept, side by side; each side's in the order of time.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &ObjectSighting> {
-        self.sides.iter().flat_map(|side| &side.kept)
+    /// Those kept of each side, in the order of time.
+    pub(crate) fn by_side(&self) -> impl Iterator<Item = &[ObjectSighting]> {
+        self.sides.iter().map(|side| &side.kept[..])
     }
 
     /// Bytes that the sightings own.
@@ -160,7 +160,7 @@ mod tests {
     }
 
     fn times(sightings: &Sightings) -> Vec<f64> {
-        sightings.iter().map(|sighting| sighting.timestamp).collect()
+        sightings.by_side().flatten().map(|sighting| sighting.timestamp).collect()
     }
 
     #[test]
@@ -221,6 +221,6 @@ mod tests {
             assert!(side.kept.windows(2).all(|pair| pair[0].timestamp < pair[1].timestamp));
         }
         one.clear();
-        assert!(one.iter().next().is_none());
+        assert!(one.by_side().next().is_none());
     }
 }

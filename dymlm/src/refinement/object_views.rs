@@ -15,7 +15,9 @@ const OUTLINE_ERROR: f64 = 0.08;
 /// Cosine between the normal of the plane on which an object stands and a direction across the line of sight
 /// from which on the outline ends at that plane: 60 degrees.
 const UPRIGHT: f64 = 0.5;
-/// Where the key frames have seen the centres of the objects.
+/// Where the key frames have seen the centres of the objects. Outlines of one side err alike, so that all
+/// sightings of a side together say as much of the centre as one: each has the variance of an outline's error
+/// as many times as there are.
 pub(super) fn views_by_object(
     objects: &ObjectMap,
     key_frames: &[KeyFramePose],
@@ -23,11 +25,15 @@ pub(super) fn views_by_object(
     config: &RefineConfig,
 ) -> BTreeMap<ObjectId, Vec<LandmarkView>> {
     let of = |object: &MapObject| {
-        let views = object.sightings().filter_map(|sighting| {
-            let pose = key_frame_of(sighting, key_frames)?;
-            center_view(pose, object, sighting, sensor, config)
-        });
-        (object.id(), views.collect())
+        let of_side = |side: &[ObjectSighting]| -> Vec<LandmarkView> {
+            let mapped =
+                side.iter().filter_map(|sighting| Some((key_frame_of(sighting, key_frames)?, sighting)));
+            let mapped: Vec<(usize, &ObjectSighting)> = mapped.collect();
+            let outline_error = OUTLINE_ERROR * (mapped.len() as f64).sqrt();
+            let view = |(pose, sighting)| center_view(pose, object, sighting, sensor, config, outline_error);
+            mapped.into_iter().filter_map(view).collect()
+        };
+        (object.id(), object.sightings_by_side().flat_map(of_side).collect())
     };
     objects.objects().map(of).collect()
 }
@@ -55,6 +61,7 @@ fn center_view(
     sighting: &ObjectSighting,
     sensor: &SensorModel,
     config: &RefineConfig,
+    outline_error: f64,
 ) -> Option<LandmarkView> {
     let in_world = |direction: Vector3| sighting.world_from_camera.rotate(direction);
     let distance = sighting.nearest + half_extent(object, in_world(sighting.direction));
@@ -69,7 +76,7 @@ fn center_view(
     }
     let across = [0, 1].map(|axis| {
         let direction = sighting.across[axis];
-        let error = OUTLINE_ERROR * 2.0 * half_extent(object, in_world(direction));
+        let error = outline_error * 2.0 * half_extent(object, in_world(direction));
         (direction, if is_known[axis] { norm([noise, error, 0.0]) } else { distance })
     });
     let axes = [across[0], across[1], (sighting.direction, distance)];
