@@ -1,14 +1,18 @@
-//! Solving for poses with planes: rooms in a row, each with ten planes that every third pose in it has seen.
+//! Solving for poses with planes and landmarks: rooms in a row, each with ten planes and seven objects that
+//! every third pose in it has seen.
 //! Also solving the field's pose graphs, where the data folder has them.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dymlm_core::{Pose, SplitMix64};
-use dymlm_refine::{PlaneView, PoseGraph, RelativePose, SolverConfig};
+use dymlm_refine::{LandmarkView, PlaneView, PoseGraph, RelativePose, SolverConfig};
 use dymlm_test_support::{MeasuredPose, read_g2o, recording};
 
 const POSES_IN_A_ROOM: usize = 80;
 const PLANES_OF_A_ROOM: usize = 10;
 const NOISE: f64 = 0.002;
+const OBJECTS_OF_A_ROOM: usize = 7;
+/// Errors of an object's centre across the line of sight and along it, metres.
+const CENTER_NOISE: [f64; 2] = [0.03, 3.0];
 
 fn true_pose(index: usize) -> Pose {
     let angle = index as f64 * 0.1;
@@ -41,6 +45,19 @@ fn view(plane: usize, index: usize, random: &mut SplitMix64) -> PlaneView {
     }
 }
 
+/// The view of an object of a room: they stand in a circle around its middle.
+fn object_view(object: usize, index: usize, random: &mut SplitMix64) -> LandmarkView {
+    let room = (index / POSES_IN_A_ROOM) as f64 * 6.0;
+    let (sin, cos) = (object as f64 * 0.9).sin_cos();
+    let seen = true_pose(index).inverse().transform_point([room + 2.5 * cos, 2.5 * sin, -0.5]);
+    let distance = seen.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let ray = seen.map(|c| c / distance);
+    let [across, along] = CENTER_NOISE.map(|deviation| deviation * deviation);
+    let entry = |k: usize, l: usize| if k == l { across } else { 0.0 } + (along - across) * ray[k] * ray[l];
+    let place = seen.map(|c| c + CENTER_NOISE[0] * (random.fraction() - 0.5));
+    LandmarkView { pose: index, place, covariance: [0, 1, 2].map(|k| [0, 1, 2].map(|l| entry(k, l))) }
+}
+
 fn graph(poses: usize) -> PoseGraph {
     let mut random = SplitMix64::new(7);
     let mut drifted = vec![true_pose(0)];
@@ -62,6 +79,11 @@ fn graph(poses: usize) -> PoseGraph {
                 (room * POSES_IN_A_ROOM..poses.min((room + 1) * POSES_IN_A_ROOM)).skip(plane % 3).step_by(3);
             let views: Vec<PlaneView> = seen.map(|index| view(plane, index, &mut random)).collect();
             assert!(graph.add_plane(&views).is_ok());
+        }
+        for object in 0..OBJECTS_OF_A_ROOM {
+            let seen = (room * POSES_IN_A_ROOM..poses.min((room + 1) * POSES_IN_A_ROOM)).skip(object % 3);
+            let views = seen.step_by(3).map(|index| object_view(object, index, &mut random));
+            assert!(graph.add_landmark(&views.collect::<Vec<_>>()).is_ok());
         }
     }
     graph

@@ -36,7 +36,9 @@ pub use config::ObjectConfig;
 pub use error::Error;
 pub use labels::{Footprint, ShapeKind, ShapeTable, SizePrior, SizePriors, SizeRange, UprightPose};
 pub use mapper::ObjectMapper;
-pub use object_map::{CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectState, RayHit};
+pub use object_map::{
+    CentroidCloud, LabelEvidence, MapObject, ObjectMap, ObjectSighting, ObjectState, RayHit,
+};
 pub use optimization::UpdateConfig;
 pub use parameterization::{
     BoxAxes, BoxFit, BoxFitter, BoxFitterConfig, Completeness, ObjectObservation, ParameterizationConfig,

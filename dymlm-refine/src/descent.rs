@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Vector6};
+use nalgebra::{Isometry3, Vector3, Vector6};
 
 use crate::lie::exp;
 use crate::normal_equations::NormalEquations;
@@ -29,12 +29,21 @@ pub(crate) struct Weights {
     pub(crate) relatives: Vec<f64>,
     /// By plane and view.
     pub(crate) views: Vec<Vec<f64>>,
+    /// By landmark and view.
+    pub(crate) landmark_views: Vec<Vec<f64>>,
 }
 
-/// Poses, and the planes that are best at these poses.
+/// What the poses have seen, in the world.
+pub(crate) struct Structure {
+    pub(crate) planes: Vec<WorldPlane>,
+    /// Those of the landmarks.
+    pub(crate) places: Vec<Vector3<f64>>,
+}
+
+/// Poses, and the structure that is best at these poses.
 struct Estimate {
     poses: Vec<Isometry3<f64>>,
-    planes: Vec<WorldPlane>,
+    structure: Structure,
     cost: f64,
 }
 
@@ -42,9 +51,9 @@ impl<'a> Descent<'a> {
     /// Begins at the graph's own poses, with all weights 1.
     pub(crate) fn begin(graph: &'a PoseGraph, config: &'a SolverConfig) -> Result<Self, Error> {
         let (poses, weights) = (graph.poses.clone(), graph.full_weights());
-        let planes = graph.best_planes(&poses, &weights)?;
-        let cost = graph.cost(&poses, &planes, &weights);
-        let (estimate, equations) = (Estimate { poses, planes, cost }, graph.equations()?);
+        let structure = graph.best_structure(&poses, &weights)?;
+        let cost = graph.cost(&poses, &structure, &weights);
+        let (estimate, equations) = (Estimate { poses, structure, cost }, graph.equations()?);
         Ok(Self { graph, config, equations, weights, estimate, iterations: 0, has_converged: false })
     }
 
@@ -52,8 +61,8 @@ impl<'a> Descent<'a> {
         &self.estimate.poses
     }
 
-    pub(crate) fn planes(&self) -> &[WorldPlane] {
-        &self.estimate.planes
+    pub(crate) fn structure(&self) -> &Structure {
+        &self.estimate.structure
     }
 
     pub(crate) fn cost(&self) -> f64 {
@@ -70,9 +79,9 @@ impl<'a> Descent<'a> {
 
     /// Gives the factors other weights.
     pub(crate) fn weigh(&mut self, weights: Weights) -> Result<(), Error> {
-        let Estimate { poses, planes, cost } = &mut self.estimate;
-        *planes = self.graph.best_planes(poses, &weights)?;
-        *cost = self.graph.cost(poses, planes, &weights);
+        let Estimate { poses, structure, cost } = &mut self.estimate;
+        *structure = self.graph.best_structure(poses, &weights)?;
+        *cost = self.graph.cost(poses, structure, &weights);
         self.weights = weights;
         Ok(())
     }
@@ -83,8 +92,8 @@ impl<'a> Descent<'a> {
         let mut damping = FIRST_DAMPING;
         self.has_converged = self.graph.poses.len() < 2;
         while !self.has_converged && self.iterations < end {
-            let Estimate { poses, planes, .. } = &self.estimate;
-            self.graph.linearize(poses, planes, &self.weights, &mut self.equations);
+            let Estimate { poses, structure, .. } = &self.estimate;
+            self.graph.linearize(poses, structure, &self.weights, &mut self.equations);
             let before = self.estimate.cost;
             // A step is tried again with more damping until it lowers the cost.
             while !self.has_converged && self.iterations < end {
@@ -107,9 +116,9 @@ impl<'a> Descent<'a> {
     fn stepped(&mut self, damping: f64) -> Option<(Estimate, f64)> {
         let (step, promised) = self.equations.solve(damping)?;
         let poses = stepped(&self.estimate.poses, &self.equations, &step);
-        let planes = self.graph.best_planes(&poses, &self.weights).ok()?;
-        let cost = self.graph.cost(&poses, &planes, &self.weights);
-        (cost <= self.estimate.cost).then_some((Estimate { poses, planes, cost }, promised))
+        let structure = self.graph.best_structure(&poses, &self.weights).ok()?;
+        let cost = self.graph.cost(&poses, &structure, &self.weights);
+        (cost <= self.estimate.cost).then_some((Estimate { poses, structure, cost }, promised))
     }
 }
 

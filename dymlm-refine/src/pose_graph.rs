@@ -1,20 +1,22 @@
 use dymlm_core::Pose;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, SMatrix, SVector};
 
-use crate::descent::{Descent, Weights, pose_block};
+use crate::descent::{Descent, Structure, Weights, pose_block};
 use crate::graduation::Graduation;
+use crate::landmark_view::{LandmarkFactor, LandmarkTrack};
 use crate::normal_equations::NormalEquations;
-use crate::plane_view::{PlaneFactor, PlaneTrack, WorldPlane};
+use crate::plane_view::{PlaneFactor, PlaneTrack};
 use crate::pose_conversion::{isometry, pose};
 use crate::relative_pose::RelativeFactor;
-use crate::{Error, PlaneView, RelativePose, SolverConfig};
+use crate::{Error, LandmarkView, PlaneView, RelativePose, SolverConfig};
 
-/// Poses, and what is known about them: relative poses, and planes that were seen from them.
+/// Poses, and what is known about them: relative poses, and planes and landmarks that were seen from them.
 ///
 /// The first pose stays where it is. The solver finds the other poses for which the cost is least: half the
 /// sum of squares of all errors, each in standard deviations. A plane adds the least eigenvalue of the
-/// moments of its views, so that it needs no unknowns of its own in the cost; in the equations it has three,
-/// which keeps them sparse when hundreds of poses see one wall.
+/// moments of its views, a landmark the spread of its views about their weighted mean, so that they need no
+/// unknowns of their own in the cost; in the equations each has three, which keeps them sparse when hundreds
+/// of poses see one wall.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -40,6 +42,10 @@ pub struct PoseGraph {
     planes: Vec<PlaneTrack>,
     /// Number of planes that were added.
     plane_count: usize,
+    /// The landmarks that more than one pose has seen.
+    landmarks: Vec<LandmarkTrack>,
+    /// Number of landmarks that were added.
+    landmark_count: usize,
     /// Indices of the relative poses that may be wrong.
     closures: Vec<usize>,
 }
@@ -62,13 +68,23 @@ pub struct Solution {
     pub left_out: Vec<usize>,
     /// Views that were left out as being of other planes: plane and view, by their numbers, ascending.
     pub views_left_out: Vec<[usize; 2]>,
+    /// Views that were left out as being of other landmarks: landmark and view, in the same way.
+    pub landmark_views_left_out: Vec<[usize; 2]>,
 }
 
 impl PoseGraph {
     /// A graph without factors. Each pose takes its body's points to the world.
     pub fn new(poses: impl IntoIterator<Item = Pose>) -> Self {
         let poses = poses.into_iter().map(|pose| isometry(&pose)).collect();
-        Self { poses, relatives: Vec::new(), planes: Vec::new(), plane_count: 0, closures: Vec::new() }
+        Self {
+            poses,
+            relatives: Vec::new(),
+            planes: Vec::new(),
+            plane_count: 0,
+            landmarks: Vec::new(),
+            landmark_count: 0,
+            closures: Vec::new(),
+        }
     }
 
     /// Adds a relative pose that is known to be right.
@@ -93,9 +109,27 @@ impl PoseGraph {
             views.iter().map(|view| PlaneFactor::new(view, self.poses.len())).collect();
         let track = PlaneTrack { number: self.plane_count, views: views? };
         self.plane_count += 1;
-        let first = track.views.first().map(|view| view.pose);
-        if track.views.iter().any(|view| Some(view.pose) != first) {
+        if are_several(track.views.iter().map(|view| view.pose)) {
             self.planes.push(track);
+        }
+        Ok(())
+    }
+
+    /// Adds a landmark by its views. A landmark that a single pose has seen says nothing. Views that
+    /// contradict everything else, since they are of another thing, are left out and
+    /// [named](Solution::landmark_views_left_out) by two numbers from 0: the landmark's among those added,
+    /// and the view's own.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownPose`], [`Error::NoInformation`]: then no view of the landmark is added.
+    pub fn add_landmark(&mut self, views: &[LandmarkView]) -> Result<(), Error> {
+        let views: Result<Vec<_>, _> =
+            views.iter().map(|view| LandmarkFactor::new(view, self.poses.len())).collect();
+        let track = LandmarkTrack { number: self.landmark_count, views: views? };
+        self.landmark_count += 1;
+        if are_several(track.views.iter().map(|view| view.pose)) {
+            self.landmarks.push(track);
         }
         Ok(())
     }
@@ -140,6 +174,7 @@ impl PoseGraph {
             has_converged: descent.has_converged(),
             left_out: self.closures_left_out(&weights),
             views_left_out: self.views_left_out(&weights),
+            landmark_views_left_out: self.landmark_views_left_out(&weights),
         })
     }
 
@@ -163,7 +198,7 @@ impl PoseGraph {
             return Err(Error::UnknownPose { pose, poses: count });
         }
         let mut equations = self.equations()?;
-        self.linearize(&poses, &self.best_planes(&poses, &weights)?, &weights, &mut equations);
+        self.linearize(&poses, &self.best_structure(&poses, &weights)?, &weights, &mut equations);
         let blocks: Vec<usize> = of.iter().filter_map(|pose| pose_block(*pose)).collect();
         let mut inverses = equations.inverses(&blocks).ok_or(Error::Singular)?.into_iter();
         let covariance = |pose: &usize| {
@@ -184,35 +219,41 @@ impl PoseGraph {
                 weights.relatives[index] = 0.0;
             }
         }
-        for (track, weights) in self.planes.iter().zip(&mut weights.views) {
-            for (view, weight) in weights.iter_mut().enumerate() {
-                if solution.views_left_out.binary_search(&[track.number, view]).is_ok() {
-                    *weight = 0.0;
-                }
-            }
+        let Weights { views, landmark_views, .. } = &mut weights;
+        for (track, weights) in self.planes.iter().zip(views) {
+            leave_out(track.number, weights, &solution.views_left_out);
+        }
+        for (track, weights) in self.landmarks.iter().zip(landmark_views) {
+            leave_out(track.number, weights, &solution.landmark_views_left_out);
         }
         weights
     }
 
-    /// Squared errors of factors that may be wrong, loop closures and then views of planes, divided by the
-    /// largest squared error of a right factor.
+    /// Squared errors of factors that may be wrong, loop closures, views of planes and views of landmarks in
+    /// this order, divided by the largest squared error of a right factor.
     fn doubtful_errors(&self, descent: &Descent<'_>, config: &SolverConfig) -> Vec<f64> {
         let poses = descent.poses();
         let closures = self.closures.iter().map(|&index| {
             let closure = &self.relatives[index];
             closure.error(closure.poses.map(|pose| &poses[pose])).norm_squared() / config.max_closure_error
         });
-        let views = self.planes.iter().zip(descent.planes()).flat_map(|(track, plane)| {
+        let Structure { planes, places } = descent.structure();
+        let views = self.planes.iter().zip(planes).flat_map(|(track, plane)| {
             let error = |view: &PlaneFactor| view.error(&poses[view.pose], plane).norm_squared();
             track.views.iter().map(move |view| error(view) / config.max_view_error)
         });
-        closures.chain(views).collect()
+        let landmark_views = self.landmarks.iter().zip(places).flat_map(|(track, place)| {
+            let error = |view: &LandmarkFactor| view.error(&poses[view.pose], place).norm_squared();
+            track.views.iter().map(move |view| error(view) / config.max_view_error)
+        });
+        closures.chain(views).chain(landmark_views).collect()
     }
 
     pub(crate) fn full_weights(&self) -> Weights {
         Weights {
             relatives: vec![1.0; self.relatives.len()],
             views: self.planes.iter().map(|track| vec![1.0; track.views.len()]).collect(),
+            landmark_views: self.landmarks.iter().map(|track| vec![1.0; track.views.len()]).collect(),
         }
     }
 
@@ -224,7 +265,8 @@ impl PoseGraph {
         for (closure, weight) in closures.zip(doubtful.by_ref()) {
             weights.relatives[closure] = *weight;
         }
-        for (view, weight) in weights.views.iter_mut().flatten().zip(doubtful) {
+        let Weights { views, landmark_views, .. } = &mut weights;
+        for (view, weight) in views.iter_mut().chain(landmark_views).flatten().zip(doubtful) {
             *view = *weight;
         }
         weights
@@ -236,18 +278,28 @@ impl PoseGraph {
     }
 
     fn views_left_out(&self, weights: &Weights) -> Vec<[usize; 2]> {
-        let views = self.planes.iter().zip(&weights.views).flat_map(|(track, weights)| {
-            weights.iter().enumerate().map(|(view, weight)| ([track.number, view], *weight))
-        });
-        views.filter(|(_, weight)| *weight < 0.5).map(|(view, _)| view).collect()
+        let tracks = self.planes.iter().zip(&weights.views);
+        left_out(tracks.map(|(track, weights)| (track.number, weights.as_slice())))
     }
 
+    fn landmark_views_left_out(&self, weights: &Weights) -> Vec<[usize; 2]> {
+        let tracks = self.landmarks.iter().zip(&weights.landmark_views);
+        left_out(tracks.map(|(track, weights)| (track.number, weights.as_slice())))
+    }
+
+    /// The block of a plane in the equations.
     fn plane_block(&self, plane: usize) -> usize {
         self.poses.len() - 1 + plane
     }
 
+    /// The block of a landmark.
+    fn landmark_block(&self, landmark: usize) -> usize {
+        self.plane_block(self.planes.len()) + landmark
+    }
+
     pub(crate) fn equations(&self) -> Result<NormalEquations, Error> {
-        let sizes = self.poses.iter().skip(1).map(|_| 6).chain(self.planes.iter().map(|_| 3));
+        let things = self.planes.iter().map(|_| 3).chain(self.landmarks.iter().map(|_| 3));
+        let sizes = self.poses.iter().skip(1).map(|_| 6).chain(things);
         let between_poses = self.relatives.iter().filter_map(|relative| {
             let [from, to] = relative.poses.map(pose_block);
             Some((from?, to?))
@@ -256,34 +308,47 @@ impl PoseGraph {
             let blocks = plane.views.iter().filter_map(|view| pose_block(view.pose));
             blocks.map(move |block| (block, self.plane_block(number)))
         });
-        NormalEquations::new(sizes, between_poses.chain(with_planes))
+        let with_landmarks = self.landmarks.iter().enumerate().flat_map(|(number, landmark)| {
+            let blocks = landmark.views.iter().filter_map(|view| pose_block(view.pose));
+            blocks.map(move |block| (block, self.landmark_block(number)))
+        });
+        NormalEquations::new(sizes, between_poses.chain(with_planes).chain(with_landmarks))
     }
 
-    pub(crate) fn best_planes(
+    /// The planes and places that are best at these poses.
+    pub(crate) fn best_structure(
         &self,
         poses: &[Isometry3<f64>],
         weights: &Weights,
-    ) -> Result<Vec<WorldPlane>, Error> {
+    ) -> Result<Structure, Error> {
         let planes = self.planes.iter().zip(&weights.views);
-        planes.map(|(plane, weights)| plane.best(poses, weights).ok_or(Error::Singular)).collect()
+        let planes: Option<_> = planes.map(|(plane, weights)| plane.best(poses, weights)).collect();
+        let landmarks = self.landmarks.iter().zip(&weights.landmark_views);
+        let places: Option<_> = landmarks.map(|(landmark, weights)| landmark.best(poses, weights)).collect();
+        planes.zip(places).map(|(planes, places)| Structure { planes, places }).ok_or(Error::Singular)
     }
 
-    pub(crate) fn cost(&self, poses: &[Isometry3<f64>], planes: &[WorldPlane], weights: &Weights) -> f64 {
+    pub(crate) fn cost(&self, poses: &[Isometry3<f64>], structure: &Structure, weights: &Weights) -> f64 {
         let relatives = self.relatives.iter().zip(&weights.relatives).map(|(relative, weight)| {
             weight * relative.error(relative.poses.map(|pose| &poses[pose])).norm_squared()
         });
-        let views =
-            self.planes.iter().zip(planes).zip(&weights.views).flat_map(|((track, plane), weights)| {
-                let weighted = track.views.iter().zip(weights);
-                weighted.map(|(view, weight)| weight * view.error(&poses[view.pose], plane).norm_squared())
-            });
-        0.5 * (relatives.sum::<f64>() + views.sum::<f64>())
+        let planes = self.planes.iter().zip(&structure.planes).zip(&weights.views);
+        let views = planes.flat_map(|((track, plane), weights)| {
+            let weighted = track.views.iter().zip(weights);
+            weighted.map(|(view, weight)| weight * view.error(&poses[view.pose], plane).norm_squared())
+        });
+        let landmarks = self.landmarks.iter().zip(&structure.places).zip(&weights.landmark_views);
+        let landmark_views = landmarks.flat_map(|((track, place), weights)| {
+            let weighted = track.views.iter().zip(weights);
+            weighted.map(|(view, weight)| weight * view.error(&poses[view.pose], place).norm_squared())
+        });
+        0.5 * (relatives.sum::<f64>() + views.sum::<f64>() + landmark_views.sum::<f64>())
     }
 
     pub(crate) fn linearize(
         &self,
         poses: &[Isometry3<f64>],
-        planes: &[WorldPlane],
+        structure: &Structure,
         weights: &Weights,
         equations: &mut NormalEquations,
     ) {
@@ -300,20 +365,60 @@ impl PoseGraph {
                 equations.add([from, to], &(by_poses[0].transpose() * by_poses[1] * weight));
             }
         }
-        for (number, (track, plane)) in self.planes.iter().zip(planes).enumerate() {
+        for (number, (track, plane)) in self.planes.iter().zip(&structure.planes).enumerate() {
             let own = self.plane_block(number);
             for (view, weight) in track.views.iter().zip(&weights.views[number]) {
-                let (error, by_pose, by_plane) = view.linearized(&poses[view.pose], plane);
-                let root = weight.sqrt();
-                let (error, by_pose, by_plane) = (error * root, by_pose * root, by_plane * root);
-                equations.subtract(own, &(by_plane.transpose() * error));
-                equations.add([own; 2], &(by_plane.transpose() * by_plane));
-                if let Some(block) = pose_block(view.pose) {
-                    equations.subtract(block, &(by_pose.transpose() * error));
-                    equations.add([block; 2], &(by_pose.transpose() * by_pose));
-                    equations.add([own, block], &(by_plane.transpose() * by_pose));
-                }
+                let linearized = view.linearized(&poses[view.pose], plane);
+                add_view(equations, own, pose_block(view.pose), *weight, linearized);
+            }
+        }
+        for (number, (track, place)) in self.landmarks.iter().zip(&structure.places).enumerate() {
+            let own = self.landmark_block(number);
+            for (view, weight) in track.views.iter().zip(&weights.landmark_views[number]) {
+                let linearized = view.linearized(&poses[view.pose], place);
+                add_view(equations, own, pose_block(view.pose), *weight, linearized);
             }
         }
     }
+}
+
+/// Adds a view of a plane or a landmark: its error, and the derivatives by the pose and by the thing.
+fn add_view<const R: usize>(
+    equations: &mut NormalEquations,
+    own: usize,
+    pose: Option<usize>,
+    weight: f64,
+    (error, by_pose, by_thing): (SVector<f64, R>, SMatrix<f64, R, 6>, SMatrix<f64, R, 3>),
+) {
+    let root = weight.sqrt();
+    let (error, by_pose, by_thing) = (error * root, by_pose * root, by_thing * root);
+    equations.subtract(own, &(by_thing.transpose() * error));
+    equations.add([own; 2], &(by_thing.transpose() * by_thing));
+    if let Some(block) = pose {
+        equations.subtract(block, &(by_pose.transpose() * error));
+        equations.add([block; 2], &(by_pose.transpose() * by_pose));
+        equations.add([own, block], &(by_thing.transpose() * by_pose));
+    }
+}
+
+/// Whether views are from more than one pose.
+fn are_several(mut poses: impl Iterator<Item = usize>) -> bool {
+    poses.next().is_some_and(|first| poses.any(|pose| pose != first))
+}
+
+/// Sets the weights of the views of a thing to 0 that a solution has left out.
+fn leave_out(thing: usize, weights: &mut [f64], left_out: &[[usize; 2]]) {
+    for (view, weight) in weights.iter_mut().enumerate() {
+        if left_out.binary_search(&[thing, view]).is_ok() {
+            *weight = 0.0;
+        }
+    }
+}
+
+/// The views of things that have little weight: thing and view, by their numbers.
+fn left_out<'a>(things: impl Iterator<Item = (usize, &'a [f64])>) -> Vec<[usize; 2]> {
+    let views = things.flat_map(|(thing, weights)| {
+        weights.iter().enumerate().map(move |(view, weight)| ([thing, view], *weight))
+    });
+    views.filter(|(_, weight)| *weight < 0.5).map(|(view, _)| view).collect()
 }

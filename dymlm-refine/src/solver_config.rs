@@ -12,9 +12,9 @@ pub struct SolverConfig {
     /// Largest squared error of a loop closure that is right, in standard deviations, 1 to 1e9. Default
     /// 22.46: 99.9 % of the right ones, by the chi-squared distribution of six degrees of freedom.
     pub max_closure_error: f64,
-    /// Largest squared error of a view of a plane that is right, in standard deviations, 1 to 1e9. Default
-    /// 16.27: 99.9 % of the right ones, by the chi-squared distribution of three degrees of freedom, a
-    /// distance and two tilts.
+    /// Largest squared error of a view of a plane or a landmark that is right, in standard deviations, 1 to
+    /// 1e9. Default 16.27: 99.9 % of the right ones, by the chi-squared distribution of three degrees of
+    /// freedom: a distance and two tilts, or a place.
     pub max_view_error: f64,
 }
 

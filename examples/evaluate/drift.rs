@@ -18,7 +18,7 @@ pub(crate) enum Poses {
     Drifting,
     /// They drift; after the last frame, the maps are corrected to the true poses.
     Corrected,
-    /// They drift; after the last frame, they are refined by the planes.
+    /// They drift; after the last frame, they are refined by planes and objects.
     Refined,
 }
 
@@ -54,8 +54,8 @@ pub(crate) struct DriftArguments {
     /// to the true ones at the end, as by a perfect loop closure
     #[arg(long, requires = "drift")]
     correct: bool,
-    /// With drift: maps each sequence with drifting poses, and with these poses refined by the planes at the
-    /// end
+    /// With drift: maps each sequence with drifting poses, and with these poses refined by planes and objects
+    /// at the end
     #[arg(long, requires = "drift", conflicts_with = "correct")]
     refine: bool,
 }

@@ -88,7 +88,7 @@ impl Run {
         self.builder.settle();
     }
 
-    /// Corrects the maps to the true poses, or refines the poses by the planes.
+    /// Corrects the maps to the true poses, or refines the poses.
     pub(crate) fn correct(&mut self) -> Result<(), AnyError> {
         if self.poses == Poses::Refined {
             self.builder.refine_poses(&RefineConfig::default())?;

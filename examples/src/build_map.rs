@@ -60,7 +60,8 @@ struct Arguments {
     /// them
     #[arg(long)]
     corrections: Option<PathBuf>,
-    /// After the last frame, and any correction, refines the poses by the planes; the maps follow
+    /// After the last frame, and any correction, refines the poses by planes and objects; the maps
+    /// follow
     #[arg(long)]
     refine: bool,
     /// Settings; fields that the file leaves out have their defaults

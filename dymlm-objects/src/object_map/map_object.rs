@@ -5,7 +5,8 @@ use dymlm_core::{Birth, ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{
-    BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ViewWeight,
+    BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ObjectSighting,
+    Sightings, ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
 use crate::{
@@ -39,6 +40,7 @@ pub struct MapObject {
     pub(crate) cloud: Arc<ObjectCloud>,
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
+    pub(crate) sightings: Sightings,
     pub(crate) motion: BoxMotion,
     /// Ids of the caller's map points on it, ascending.
     pub(crate) sighted_points: Vec<u64>,
@@ -115,6 +117,7 @@ impl MapObject {
             && self.cloud.is_possible()
             && self.centroids.is_possible()
             && self.key_views.is_possible()
+            && self.sightings.is_possible()
             && self.motion.is_possible()
             && self.view.is_possible()
             && self.evidence.is_possible()
@@ -169,6 +172,7 @@ impl MapObject {
         size_of::<Self>()
             + cloud
             + self.key_views.memory_bytes()
+            + self.sightings.memory_bytes()
             + self.supports.capacity() * size_of::<SupportVotes>()
             + self.sighted_points.capacity() * size_of::<u64>()
     }
@@ -214,6 +218,12 @@ impl MapObject {
     /// The centroids of its observations.
     pub fn centroids(&self) -> &CentroidCloud {
         &self.centroids
+    }
+
+    /// What frames have seen of it since it stands where it is: of each side (directions that differ by up to
+    /// 15 degrees) up to eight sightings, in the order of time. Poses can be refined with it.
+    pub fn sightings_by_side(&self) -> impl Iterator<Item = &[ObjectSighting]> {
+        self.sightings.by_side()
     }
 
     /// Its fused surface points in the world, metres, one per voxel, in a fixed order.
@@ -268,6 +278,7 @@ impl MapObject {
             cloud: Arc::new(ObjectCloud::new(observation.centroid, limits.voxel_size)),
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
+            sightings: Sightings::default(),
             motion: BoxMotion::default(),
             sighted_points: Vec::new(),
             view: ViewWeight::default(),
@@ -306,6 +317,10 @@ impl MapObject {
             completeness: observation.completeness,
         };
         self.key_views.add(key_view, weight);
+        let sighting = ObjectSighting::of(observation, view.frame.timestamp(), &view.world_from_camera);
+        if let Some(sighting) = sighting {
+            self.sightings.add(&sighting, self.oriented_box.center());
+        }
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.remember(&observation.sighted_points);
         self.observations += 1;
@@ -377,6 +392,7 @@ impl MapObject {
             self.label = best.to_owned();
         }
         self.key_views.merge(&other.key_views);
+        self.sightings.merge(&other.sightings);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;

@@ -9,6 +9,8 @@ mod map_object;
 mod moved_object;
 mod object_cloud;
 mod queries;
+mod sighting;
+mod sightings;
 mod space_index;
 mod view_weight;
 
@@ -21,5 +23,7 @@ pub(crate) use map_object::{GROWTH, ObjectLimits};
 pub use map_object::{MapObject, ObjectState};
 pub(crate) use object_cloud::{CloudPatch, ObjectCloud};
 pub use queries::RayHit;
+pub use sighting::ObjectSighting;
+pub(crate) use sightings::Sightings;
 pub(crate) use space_index::SpaceIndex;
 pub(crate) use view_weight::{FULL, ViewWeight};

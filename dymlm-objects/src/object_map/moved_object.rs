@@ -6,12 +6,14 @@ use super::{BoxMotion, MapObject};
 
 impl MapObject {
     /// Moves the object: its box, its points, and its views, as if they had been taken of it at the new
-    /// place. Its supporting plane and its last boxes in the image are forgotten.
+    /// place. Its supporting plane, its sightings and its last boxes in the image
+    /// are forgotten.
     pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
         self.oriented_box = self.oriented_box.transformed(new_from_old);
         self.cloud = Arc::new(self.cloud.moved(new_from_old));
         self.centroids = self.centroids.moved(new_from_old);
         self.key_views.move_by(new_from_old);
+        self.sightings.clear();
         self.supports.clear();
         self.motion = BoxMotion::default();
         self.sighted_points.clear();

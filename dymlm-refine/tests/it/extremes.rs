@@ -1,6 +1,6 @@
 //! Whatever the numbers, there is an answer or an error.
 use dymlm_core::Pose;
-use dymlm_refine::{PlaneView, PoseGraph, RelativePose, SolverConfig};
+use dymlm_refine::{LandmarkView, PlaneView, PoseGraph, RelativePose, SolverConfig};
 use proptest::prelude::*;
 
 fn number() -> impl Strategy<Value = f64> {
@@ -27,6 +27,7 @@ proptest! {
         poses in prop::collection::vec(pose(), 0..6),
         relatives in prop::collection::vec((0..7_usize, 0..7_usize, pose(), number(), number(), any::<bool>()), 0..8),
         views in prop::collection::vec((0..7_usize, number(), prop::array::uniform3(number()), prop::array::uniform6(number())), 0..8),
+        landmarks in prop::collection::vec((0..7_usize, number(), prop::array::uniform3(number()), prop::array::uniform6(number())), 0..8),
     ) {
         let mut graph = PoseGraph::new(poses.iter().copied());
         for (from, to, measured, rotation, translation, is_closure) in relatives {
@@ -44,6 +45,20 @@ proptest! {
         let views: Vec<PlaneView> = views.into_iter().map(view).collect();
         for views in views.chunks(3) {
             graph.add_plane(views).ok();
+        }
+        let landmark = |(pose, variance, place, [xx, xy, xz, yy, yz, zz]): (_, f64, _, [f64; 6])| LandmarkView {
+            pose,
+            place,
+            // Most are covariances.
+            covariance: [
+                [xx.abs() + variance.abs(), 0.1 * xy, 0.1 * xz],
+                [0.1 * xy, yy.abs() + variance.abs(), 0.1 * yz],
+                [0.1 * xz, 0.1 * yz, zz.abs() + variance.abs()],
+            ],
+        };
+        let landmarks: Vec<LandmarkView> = landmarks.into_iter().map(landmark).collect();
+        for views in landmarks.chunks(3) {
+            graph.add_landmark(views).ok();
         }
         let mut config = SolverConfig::default();
         config.max_iterations = 10;

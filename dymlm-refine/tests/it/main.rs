@@ -3,5 +3,6 @@
 #![allow(clippy::unwrap_used)]
 
 mod extremes;
+mod landmarks;
 mod planes;
 mod pose_graphs;

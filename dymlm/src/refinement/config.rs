@@ -1,6 +1,6 @@
 use dymlm_core::{ConfigError, check_range};
 
-/// How far the caller's poses are trusted, compared with the planes.
+/// How far the caller's poses are trusted, compared with the planes and objects.
 ///
 /// Each key frame's pose follows from the one before by a motion with these errors. The defaults are those of
 /// RGB-D SLAM among walking people: the relative pose error over a second that Yu et al. ("DS-SLAM", IROS

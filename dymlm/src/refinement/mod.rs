@@ -3,6 +3,7 @@
 
 mod config;
 mod loop_closure;
+mod object_views;
 mod odometry_drift;
 mod planes_met_again;
 mod pose_problem;

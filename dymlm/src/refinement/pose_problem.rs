@@ -1,9 +1,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use dymlm_core::{FrameId, PlaneId, Pose, SensorModel};
+use dymlm_core::{FrameId, ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_planes::{PlaneMap, PlaneSighting};
-use dymlm_refine::{PlaneView, PoseGraph, RelativePose, Solution, SolverConfig};
+use dymlm_refine::{LandmarkView, PlaneView, PoseGraph, RelativePose, Solution, SolverConfig};
 
+use super::object_views::views_by_object;
 use super::odometry_drift::OdometryDrift;
 use super::planes_met_again::planes_met_again;
 use super::unheld_motion::unheld_motions;
@@ -22,8 +23,8 @@ const CERTAINTIES: usize = 32;
 pub(super) struct KeyFramePose {
     frame: FrameId,
     /// Time on the maps' clock, seconds.
-    time: f64,
-    world_from_camera: Pose,
+    pub(super) time: f64,
+    pub(super) world_from_camera: Pose,
     /// Number of sessions that had begun.
     session: usize,
 }
@@ -37,6 +38,8 @@ pub(super) struct PoseProblem<'a> {
     closures: Vec<RelativePose>,
     /// The views of each plane, by key frame.
     views: BTreeMap<PlaneId, Vec<PlaneView>>,
+    /// The views of each object's centre.
+    object_views: BTreeMap<ObjectId, Vec<LandmarkView>>,
     config: &'a RefineConfig,
 }
 
@@ -63,6 +66,7 @@ impl<'a> PoseProblem<'a> {
             poses: key_frames.iter().map(|key_frame| key_frame.world_from_camera).collect(),
             closures: between_key_frames(closures, log, &key_frames)?,
             views: views_by_plane(&map.planes, &key_frames, &map.config.sensor, config),
+            object_views: views_by_object(map.objects(), &key_frames, &map.config.sensor, config),
             config,
         })
     }
@@ -87,6 +91,7 @@ impl<'a> PoseProblem<'a> {
         let Found { solution, met_again, .. } = found;
         let frames = self.given.iter().map(|key_frame| key_frame.frame);
         let is_of_several = |views: &&Vec<PlaneView>| views.iter().any(|view| view.pose != views[0].pose);
+        let has_several = |views: &&Vec<LandmarkView>| views.iter().any(|view| view.pose != views[0].pose);
         let of_map = |[plane, _]: &&[usize; 2]| *plane < self.views.len();
         Ok(RefinedPoses {
             poses: frames.zip(solution.poses).collect(),
@@ -94,6 +99,9 @@ impl<'a> PoseProblem<'a> {
             views: self.views.values().map(Vec::len).sum(),
             views_left_out: solution.views_left_out.iter().filter(of_map).count(),
             met_again,
+            objects: self.object_views.values().filter(has_several).count(),
+            object_views: self.object_views.values().map(Vec::len).sum(),
+            object_views_left_out: solution.landmark_views_left_out.len(),
             unheld,
             cost: [initial_cost, solution.final_cost],
             left_out: solution.left_out,
@@ -114,6 +122,9 @@ impl<'a> PoseProblem<'a> {
         }
         for pair in pairs {
             graph.add_plane(pair)?;
+        }
+        for views in self.object_views.values() {
+            graph.add_landmark(views)?;
         }
         let solution = graph.optimize(&SolverConfig::default())?;
         let with_views_left_out = solution.views_left_out.iter().map(|[plane, _]| *plane);

@@ -3,10 +3,11 @@ use super::{LoopClosure, RefineConfig, RefineReport, RefinedPoses};
 use crate::{Error, MapBuilder};
 
 impl MapBuilder {
-    /// Finds better poses of the key frames by the planes that they have seen, and
+    /// Finds better poses of the key frames by the planes and the objects that they have seen, and
     /// [corrects](Self::correct_poses) all maps by them: a wall that was seen again after a while becomes one
-    /// wall. The caller's poses count as odometry, see [`RefineConfig`]; motions that no plane determines
-    /// stay as the caller's poses have them. The first key frame stays where it is.
+    /// wall. Objects hold what planes do not, such as the way along a corridor. The caller's poses count as
+    /// odometry, see [`RefineConfig`]; motions that nothing determines stay as the caller's poses have them.
+    /// The first key frame stays where it is.
     ///
     /// Rounds of a sparse solve and a correction follow each other until the poses stay where they are, or up
     /// to the [greatest number](RefineConfig::rounds).

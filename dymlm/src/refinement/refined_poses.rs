@@ -18,6 +18,12 @@ pub struct RefinedPoses {
     pub views_left_out: usize,
     /// Pairs of planes of the map that turned out to be one plane, met again after a while.
     pub met_again: usize,
+    /// Objects of which key frames have seen more than one side, or one side more than once.
+    pub objects: usize,
+    /// Views of objects, in all: a few a side.
+    pub object_views: usize,
+    /// Views that were left out, since they are of another thing than the map has them, or it was moved.
+    pub object_views_left_out: usize,
     /// Motions that only odometry determines, at up to 32 key frames, evenly chosen, in their order: along a
     /// corridor, or within the only plane that is seen. In these the poses are as good as the caller's.
     pub unheld: Vec<UnheldMotion>,

@@ -3,11 +3,12 @@ use dymlm_core::{FrameId, Pose, symmetric_eigen3};
 
 use super::odometry_drift::Drift;
 
-/// Where more than this share of odometry's variance is left, the planes say less than odometry does.
+/// Where more than this share of odometry's variance is left, planes and objects say less than odometry
+/// does.
 const MOST_LEFT: f64 = 0.5;
 
-/// A motion of a key frame of which planes and loop closures say less than odometry: it is about as well
-/// known as the caller's poses are.
+/// A motion of a key frame of which planes, objects and loop closures say less than odometry: it is
+/// about as well known as the caller's poses are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct UnheldMotion {

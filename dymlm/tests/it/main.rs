@@ -6,6 +6,7 @@ mod appearing_wall;
 mod common;
 mod corrected_poses;
 mod floor_grids;
+mod landmarks;
 mod late_detections;
 mod map_builder;
 mod memory;

@@ -63,6 +63,10 @@ pub(crate) fn fingerprint_without_ids(map: &MultiLevelMap) -> Vec<u8> {
         own.extend(object.oriented_box().corners().iter().flatten().flat_map(|c| c.to_le_bytes()));
         own.extend(object.label().bytes());
         own.extend(object.observations().to_le_bytes());
+        for sighting in object.sightings_by_side().flatten() {
+            let numbers = sighting.world_from_camera.translation().into_iter().chain(sighting.direction);
+            own.extend(numbers.chain([sighting.timestamp, sighting.nearest]).flat_map(f64::to_le_bytes));
+        }
         objects.push(own);
     }
     for things in [&mut planes, &mut objects] {
