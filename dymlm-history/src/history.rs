@@ -14,7 +14,8 @@ use crate::{Error, Observation};
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum HistoryConfig {
-    /// Nowhere: poses cannot be corrected, and memory does not grow with time.
+    /// Nowhere: poses cannot be corrected. Memory then grows with time by what key frames have seen of planes, 1
+    /// to 2 kB each, which planes that merge need; a budget of memory puts that into a file.
     #[default]
     None,
     /// In memory: some 65 kB per key frame of 640x480, 8 bytes per point of a scan.
