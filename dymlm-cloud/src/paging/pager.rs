@@ -15,6 +15,9 @@ const INTERVAL: u32 = 16;
 /// would hold the blocks that go. With more frames, less is left for judging before the next count waits for it;
 /// with fewer, each of them writes more. What has been seen since stays in memory.
 const PAGING: u32 = 4;
+/// Blocks that are judged at a time: a quarter of what a query takes, so that its buffers take some 15 MB less, and
+/// a seventh more time, for which nobody waits.
+const JUDGED: usize = 1 << 12;
 
 /// Keeps a cloud map within a memory budget: blocks that no frame has seen for longest go to a file, and come
 /// back when a frame or a query reaches them. The map is the same, to the bit.
@@ -36,8 +39,10 @@ pub struct CloudPager {
     bytes: usize,
     /// Bytes that its static cloud took then, beside the one before: both are there while it is judged.
     judging_bytes: usize,
-    /// Bytes of the map at the last count, without the blocks that were chosen to go then.
+    /// Bytes of the map at the last count, without the blocks that were chosen to go then, and how many it had
+    /// got until that count since the one before.
     left: usize,
+    growth: usize,
     /// Whether the map is large enough to be judged.
     is_large: bool,
 }
@@ -68,6 +73,7 @@ impl CloudPager {
             bytes: 0,
             judging_bytes: 0,
             left: 0,
+            growth: 0,
             is_large: false,
         })
     }
@@ -116,9 +122,12 @@ impl CloudPager {
             self.judging_bytes = if is_first { 0 } else { kept.memory_bytes_beside(Some(&map.kept)) };
             map.kept.adopt(&kept);
         }
-        // Judging will take about as much again as the last time, and the map will grow as much.
-        let bytes = map.memory_bytes() + self.judging_bytes;
-        let growth = bytes.saturating_sub(self.left);
+        // Judging will take about as much again as the last time: the new static cloud beside the one before, and
+        // about as much for buffers and for blocks that a frame changes meanwhile, whose clones are judged.
+        let bytes = map.memory_bytes() + 2 * self.judging_bytes;
+        // The map will grow as it did until now; the last two times, since a camera that turns sees more.
+        let latest = bytes.saturating_sub(self.left);
+        let growth = latest.max(std::mem::replace(&mut self.growth, latest));
         let excess = (bytes + growth).saturating_sub(budget);
         self.left = bytes;
         self.due.clear();
@@ -139,7 +148,7 @@ impl CloudPager {
     fn judge(&mut self, map: &CloudMap) {
         let clone = map.clone();
         let judge = move || {
-            clone.kept_cloud();
+            clone.kept_cloud_by(JUDGED);
             // The clone's blocks are dropped now, not at the next count.
             let CloudMap { kept, .. } = clone;
             kept
