@@ -15,6 +15,9 @@ const INTERVAL: u32 = 16;
 /// would hold the blocks that go. With more frames, less is left for judging before the next count waits for it;
 /// with fewer, each of them writes more. What has been seen since stays in memory.
 const PAGING: u32 = 4;
+/// One in so many bytes is what the allocator adds for its own numbers and by rounding up: with 487 MB counted, 510
+/// were in use.
+const ALLOCATOR: usize = 20;
 /// Blocks that are judged at a time: a quarter of what a query takes, so that its buffers take some 15 MB less, and
 /// a seventh more time, for which nobody waits.
 const JUDGED: usize = 1 << 12;
@@ -125,6 +128,7 @@ impl CloudPager {
         // Judging will take about as much again as the last time: the new static cloud beside the one before, and
         // about as much for buffers and for blocks that a frame changes meanwhile, whose clones are judged.
         let bytes = map.memory_bytes() + 2 * self.judging_bytes;
+        let bytes = bytes + bytes / ALLOCATOR;
         // The map will grow as it did until now; the last two times, since a camera that turns sees more.
         let latest = bytes.saturating_sub(self.left);
         let growth = latest.max(std::mem::replace(&mut self.growth, latest));

@@ -319,7 +319,9 @@ mod saved_state {
             assert!(paged.memory_bytes() < in_memory.memory_bytes());
             for _ in 0..8 {
                 let (earlier, change, which) = (paged.clone(), random.below(9), random.below(1000));
-                [&mut paged, &mut in_memory].map(|map| apply(map, &frames, change, which));
+                for map in [&mut paged, &mut in_memory] {
+                    apply(map, &frames, change, which);
+                }
                 assert_eq!(seen(&paged), seen(&in_memory));
                 assert!(paged.key_frame_sightings().eq(in_memory.key_frame_sightings()));
                 save_into(&mut parts, |sink| paged.save_state(Some(&earlier), sink));
