@@ -232,8 +232,9 @@ impl PlaneMap {
     }
 
     fn own_bytes(&self, other: Option<&Self>) -> usize {
+        let key_frames = other.map(|other| &other.key_frames);
         self.planes.memory_bytes_beside(other.map(|other| &other.planes), MapPlane::memory_bytes_beside)
-            + self.key_frames.memory_bytes_beside(other.map(|other| &other.key_frames), KeyFrame::memory_bytes)
+            + self.key_frames.memory_bytes_beside(key_frames, KeyFrame::memory_bytes)
             + self.index.memory_bytes_beside(other.map(|other| &other.index))
             + self.merged.memory_bytes()
             + self.merged_ids.memory_bytes()
