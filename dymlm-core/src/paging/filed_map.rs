@@ -91,7 +91,6 @@ impl<K: Numbered, V> FiledMap<K, V> {
         let page = |(number, page): (u64, &Page<V>)| {
             let Some(values) = page.in_memory() else { return size_of::<Page<V>>() };
             let others = other.and_then(|other| other.pages.get(&number)).and_then(|page| page.in_memory());
-            // A page that has changed is sorted like the one before, so that most values are at their places.
             let is_shared = |value: &Arc<V>| {
                 others.as_ref().is_some_and(|others| others.iter().any(|other| Arc::ptr_eq(other, value)))
             };
@@ -146,9 +145,10 @@ impl<K: Numbered, V: Record + Clone> FiledMap<K, V> {
     /// Sets the value of a key.
     pub fn insert(&mut self, key: K, value: V) {
         let key = key.number();
-        self.change(key / PAGE, |page| match page.place(key) {
-            Some(place) => page.values[place] = Arc::new(value),
-            None => {
+        self.change(key / PAGE, |page| {
+            if let Some(place) = page.place(key) {
+                page.values[place] = Arc::new(value);
+            } else {
                 page.keys |= bit(key);
                 page.values.insert(rank(page.keys, key), Arc::new(value));
             }
