@@ -2,7 +2,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::paging::PageOut;
-use crate::static_cloud::{Source, StaticCloud};
+use crate::static_cloud::{BATCH, Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
 
@@ -65,6 +65,11 @@ impl CloudMap {
 
     /// The static cloud, with all changes taken in.
     pub(crate) fn kept_cloud(&self) -> Arc<StaticCloud> {
+        self.kept_cloud_by(BATCH)
+    }
+
+    /// The same, with the changes of so many blocks taken in at a time.
+    pub(crate) fn kept_cloud_by(&self, batch: usize) -> Arc<StaticCloud> {
         let mut kept = self.verdicts().kept;
         let Kept { verdicts, cloud } = &mut *kept;
         let source = Source {
@@ -79,7 +84,7 @@ impl CloudMap {
         // Whoever holds the cloud borrows the map, so it cannot have changed meanwhile: the cloud is copied
         // only for a map that has a clone.
         if !cloud.is_fresh(&source) {
-            Arc::make_mut(cloud).refresh(source);
+            Arc::make_mut(cloud).refresh_by(source, batch);
         }
         Arc::clone(cloud)
     }

@@ -1,5 +1,7 @@
 use std::fmt;
 
+use crate::paging::Record;
+
 /// An id is a number with a kind.
 pub trait Numbered: Copy + Ord {
     /// The id with this number.
@@ -29,6 +31,16 @@ macro_rules! id {
             #[must_use]
             pub const fn get(self) -> u64 {
                 self.0
+            }
+        }
+
+        impl Record for $name {
+            fn write(&self, out: &mut Vec<u8>) {
+                self.0.write(out);
+            }
+
+            fn read(from: &mut &[u8]) -> Option<Self> {
+                u64::read(from).map(Self)
             }
         }
 

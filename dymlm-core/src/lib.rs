@@ -46,6 +46,7 @@ mod merged_ids;
 mod names;
 mod organized_cloud;
 mod pages;
+pub mod paging;
 mod pinhole_camera;
 mod plane;
 mod point;

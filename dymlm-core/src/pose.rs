@@ -3,6 +3,7 @@ use std::ops::Mul;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use crate::Error;
+use crate::paging::Record;
 
 /// A rigid motion: takes coordinates of one frame to another, x' = R x + t.
 ///
@@ -140,6 +141,20 @@ impl Mul for Pose {
     /// `a_from_b * b_from_c` is `a_from_c`.
     fn mul(self, other: Self) -> Self {
         Self { isometry: self.isometry * other.isometry }
+    }
+}
+
+impl Record for Pose {
+    fn write(&self, out: &mut Vec<u8>) {
+        self.translation().write(out);
+        self.quaternion().write(out);
+    }
+
+    fn read(from: &mut &[u8]) -> Option<Self> {
+        let (translation, [x, y, z, w]) = (<[f64; 3]>::read(from)?, <[f64; 4]>::read(from)?);
+        // Not normalized again, which would change bits.
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        Some(Self { isometry: Isometry3::from_parts(Translation3::from(translation), rotation) })
     }
 }
 

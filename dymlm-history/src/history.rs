@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use dymlm_core::{Pages, Point, ScratchFile};
 
@@ -13,7 +14,8 @@ use crate::{Error, Observation};
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum HistoryConfig {
-    /// Nowhere: poses cannot be corrected, and memory does not grow with time.
+    /// Nowhere: poses cannot be corrected. Memory then grows with time by what key frames have seen of planes, 1
+    /// to 2 kB each, which planes that merge need; a budget of memory puts that into a file.
     #[default]
     None,
     /// In memory: some 65 kB per key frame of 640x480, 8 bytes per point of a scan.
@@ -37,8 +39,8 @@ pub struct History {
 /// What is kept under a number.
 #[derive(Debug, Clone)]
 pub(crate) struct Slot {
-    /// Shared by all slots that got the same thing from each other, wherever each of them keeps it.
-    identity: Arc<()>,
+    /// The same for all slots that got the same thing from each other, wherever each of them keeps it.
+    identity: u64,
     pub(crate) place: Place,
 }
 
@@ -60,17 +62,20 @@ impl Slot {
     /// Of something that no other slot holds.
     #[cfg(feature = "state")]
     pub(crate) fn new(place: Place) -> Self {
-        Self { identity: Arc::default(), place }
+        Self { identity: next_identity(), place }
     }
 
     /// Whether both got what they hold from each other, or from the same third one.
     #[cfg(feature = "state")]
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.identity, &other.identity)
+        self.identity == other.identity
     }
+}
 
-    /// What the allocation of an identity takes: two counters.
-    const IDENTITY_BYTES: usize = 2 * size_of::<usize>();
+fn next_identity() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    // Identities are only compared, so that results do not depend on their numbers.
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl History {
@@ -103,10 +108,10 @@ impl History {
     }
 
     fn keep(&mut self, kept: Kept) -> usize {
-        self.keep_as(Arc::default(), kept)
+        self.keep_as(next_identity(), kept)
     }
 
-    fn keep_as(&mut self, identity: Arc<()>, kept: Kept) -> usize {
+    fn keep_as(&mut self, identity: u64, kept: Kept) -> usize {
         let index = self.slots.len();
         self.slots.push(Slot { identity, place: Place::Whole(kept.clone()) });
         self.packer.pack(index, kept);
@@ -156,7 +161,7 @@ impl History {
             _ => false,
         };
         let taken = other.slots.get(index).ok_or(Error::Unknown { index })?;
-        let identity = Arc::clone(&taken.identity);
+        let identity = taken.identity;
         let place = match &taken.place {
             Place::Removed => return Err(Error::Unknown { index }),
             Place::Whole(kept) => return Ok(self.keep_as(identity, kept.clone())),
@@ -228,7 +233,7 @@ impl History {
             Place::Packed(packed) => packed.len(),
             _ => 0,
         });
-        packed.sum::<usize>() + self.slots.len() * Slot::IDENTITY_BYTES + self.slots.memory_bytes()
+        packed.sum::<usize>() + self.slots.memory_bytes()
     }
 
     /// Waits until everything is packed.

@@ -47,10 +47,6 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         self.0.remove(key).map(Arc::unwrap_or_clone)
     }
 
-    pub(crate) fn retain(&mut self, mut is_kept: impl FnMut(&V) -> bool) {
-        self.0.retain(|_, value| is_kept(value));
-    }
-
     pub(crate) fn keys(&self) -> impl Iterator<Item = &K> {
         self.0.keys()
     }

@@ -135,7 +135,7 @@ impl MapBuilder {
         {
             let in_camera = motion.seen_from(&world_from_camera.inverse());
             motion = in_camera.seen_from(&world_from_camera);
-            event = Some(Event::Moved { newest, object, motion: in_camera });
+            event = Some(Event::Moved { newest, object, motion: Box::new(in_camera) });
         }
         let moved = self.map.move_body(object, &motion)?;
         self.note(event);

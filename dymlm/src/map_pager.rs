@@ -1,4 +1,7 @@
+use std::sync::Arc;
+
 use dymlm_cloud::CloudPager;
+use dymlm_core::paging::PageFile;
 
 use crate::session_log::SessionLog;
 use crate::snapshots::Snapshots;
@@ -7,16 +10,25 @@ use crate::{Error, MemoryConfig, MultiLevelMap};
 /// Keeps maps within their memory budget, if they have one.
 #[derive(Debug)]
 pub(crate) struct MapPager {
-    /// The pager and the budget, bytes.
-    pager: Option<(CloudPager, usize)>,
+    budgeted: Option<Budgeted>,
+}
+
+#[derive(Debug)]
+struct Budgeted {
+    /// Bytes.
+    budget: usize,
+    cloud: CloudPager,
+    /// For what key frames have seen of planes.
+    planes: Arc<PageFile>,
 }
 
 impl MapPager {
     pub(crate) fn new(config: &MemoryConfig) -> Result<Self, Error> {
-        let Some(budget) = config.budget else { return Ok(Self { pager: None }) };
+        let Some(budget) = config.budget else { return Ok(Self { budgeted: None }) };
         let folder = config.path.clone().unwrap_or_else(std::env::temp_dir);
-        let pager = CloudPager::new(&folder).map_err(Error::Paging)?;
-        Ok(Self { pager: Some((pager, budget)) })
+        let cloud = CloudPager::new(&folder).map_err(Error::Paging)?;
+        let planes = PageFile::create_in(&folder).map_err(Error::Paging)?;
+        Ok(Self { budgeted: Some(Budgeted { budget, cloud, planes }) })
     }
 
     /// Must be called once a frame. What is paged out of the maps is paged out of their snapshots as well.
@@ -25,7 +37,10 @@ impl MapPager {
         map: &mut MultiLevelMap,
         snapshots: &mut Snapshots,
     ) -> Result<(), Error> {
-        let Some((pager, budget)) = &mut self.pager else { return Ok(()) };
+        let Some(Budgeted { budget, cloud: pager, planes: file }) = &mut self.budgeted else { return Ok(()) };
+        if let Some(failure) = file.failure() {
+            return Err(Error::Paging(failure));
+        }
         let MultiLevelMap { cloud, octree, planes, objects, past, .. } = map;
         let mut has_counted = false;
         let budget = || {
@@ -37,6 +52,8 @@ impl MapPager {
         };
         pager.page_out(cloud, budget).map_err(Error::Paging)?;
         if has_counted {
+            // Whatever the budget: they are seldom asked, and grow with the hours.
+            map.planes.page_out(file).map_err(Error::Paging)?;
             snapshots.page_out_like(map);
         }
         Ok(())

@@ -63,7 +63,8 @@ pub(crate) enum Event {
     Moved {
         newest: FrameId,
         object: Witnesses,
-        motion: BodyMotion,
+        /// In a box, since key frames are many and moved objects are few.
+        motion: Box<BodyMotion>,
     },
 }
 

@@ -1,7 +1,7 @@
 //! The cost of a memory budget: a walk through a building, with the memory of the process, the times of
 //! insertion and a checksum of the maps. Runs with a budget and without one must give the same checksum.
 //!
-//! `cargo run --release -p dymlm-benches --bin memory_budget -- [MEGABYTES|none] [ROOMS] [RATE] [SEED]`
+//! `cargo run --release -p dymlm-benches --bin memory_budget -- [MEGABYTES|none] [ROOMS] [RATE] [SEED] [FRAMES]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -31,6 +31,7 @@ fn main() -> Result<(), AnyError> {
     if budget != "none" {
         config.memory.budget = Some((budget.parse::<f64>()? * 1e6) as usize);
     }
+    let stop: Option<usize> = arguments.get(4).map(|text| text.parse()).transpose()?;
     let mut builder = MapBuilder::new(config)?;
     let before = resident_bytes()?;
     let (mut most, mut times) = (0.0_f64, Vec::new());
@@ -48,6 +49,9 @@ fn main() -> Result<(), AnyError> {
                 index + 1,
                 resident_bytes()?.saturating_sub(before) as f64 / 1e6
             );
+            if stop == Some(index + 1) {
+                break;
+            }
         }
     }
     times.sort_by(f64::total_cmp);

@@ -2,8 +2,7 @@ use std::ops::{Deref, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use super::page_file::Extent;
-use super::record::Record;
+use super::{Extent, Record};
 
 /// What can be kept in a page file.
 pub(crate) trait Block: Record + Default + Clone {}

@@ -9,9 +9,18 @@ use crate::CloudMap;
 use crate::block_store::BlockKey;
 use crate::verdicts::SharedKept;
 
-/// Frames between two counts of the memory, each of which visits all blocks. What any of the last 16 frames
-/// has seen stays in memory.
+/// Frames between two counts of the memory, each of which visits all blocks.
 const INTERVAL: u32 = 16;
+/// Frames after a count in which blocks go. Only then is the rest judged, since what is judged is a clone, which
+/// would hold the blocks that go. With more frames, less is left for judging before the next count waits for it;
+/// with fewer, each of them writes more. What has been seen since stays in memory.
+const PAGING: u32 = 4;
+/// One in so many bytes is what the allocator adds for its own numbers and by rounding up: with 487 MB counted, 510
+/// were in use.
+const ALLOCATOR: usize = 20;
+/// Blocks that are judged at a time: a quarter of what a query takes, so that its buffers take some 15 MB less, and
+/// a seventh more time, for which nobody waits.
+const JUDGED: usize = 1 << 12;
 
 /// Keeps a cloud map within a memory budget: blocks that no frame has seen for longest go to a file, and come
 /// back when a frame or a query reaches them. The map is the same, to the bit.
@@ -33,6 +42,12 @@ pub struct CloudPager {
     bytes: usize,
     /// Bytes that its static cloud took then, beside the one before: both are there while it is judged.
     judging_bytes: usize,
+    /// Bytes of the map at the last count, without the blocks that were chosen to go then, and how many it had
+    /// got until that count since the one before.
+    left: usize,
+    growth: usize,
+    /// Whether the map is large enough to be judged.
+    is_large: bool,
 }
 
 #[derive(Debug)]
@@ -60,11 +75,14 @@ impl CloudPager {
             judged: 0,
             bytes: 0,
             judging_bytes: 0,
+            left: 0,
+            growth: 0,
+            is_large: false,
         })
     }
 
-    /// Pages out some blocks when the map takes more than `budget` bytes of memory. Call it once a frame,
-    /// with one map. What the last 16 frames have seen stays in memory, whatever the budget. Each 16th call
+    /// Pages out some blocks when the map is about to take more than `budget` bytes of memory. Call it once a
+    /// frame, with one map. What the last 12 frames have seen stays in memory, whatever the budget. Each 16th call
     /// visits all blocks.
     ///
     /// # Errors
@@ -80,8 +98,12 @@ impl CloudPager {
             self.frames = 0;
             self.count(map, budget());
         }
-        // As many a frame that none is left at the next count.
-        for _ in 0..self.due.len().div_ceil((INTERVAL - self.frames) as usize) {
+        if self.frames == PAGING && self.is_large {
+            self.judge(map);
+        }
+        // As many a frame that none is left when the map is judged.
+        let frames = PAGING.saturating_sub(self.frames).max(1);
+        for _ in 0..self.due.len().div_ceil(frames as usize) {
             let Some(&key) = self.due.front() else { break };
             map.page_out(key, self.judged, &self.file, &mut self.buffer)?;
             self.due.pop_front();
@@ -89,8 +111,8 @@ impl CloudPager {
         Ok(())
     }
 
-    /// As long as the map is too large: chooses the blocks to go among those judged since the last count, and
-    /// has the rest judged.
+    /// Chooses the blocks to go among those judged since the last count, so many that the map will not be too
+    /// large at the next one.
     fn count(&mut self, map: &mut CloudMap, budget: usize) {
         let judged = self.judging.take();
         let judged = judged.and_then(|judging| Some((judging.revision, judging.kept.join().ok()?)));
@@ -103,24 +125,34 @@ impl CloudPager {
             self.judging_bytes = if is_first { 0 } else { kept.memory_bytes_beside(Some(&map.kept)) };
             map.kept.adopt(&kept);
         }
-        // Judging will take about as much again as the last time.
-        let bytes = map.memory_bytes() + self.judging_bytes;
+        // Judging will take about as much again as the last time: the new static cloud beside the one before, and
+        // about as much for buffers and for blocks that a frame changes meanwhile, whose clones are judged.
+        let bytes = map.memory_bytes() + 2 * self.judging_bytes;
+        let bytes = bytes + bytes / ALLOCATOR;
+        // The map will grow as it did until now; the last two times, since a camera that turns sees more.
+        let latest = bytes.saturating_sub(self.left);
+        let growth = latest.max(std::mem::replace(&mut self.growth, latest));
+        let excess = (bytes + growth).saturating_sub(budget);
+        self.left = bytes;
         self.due.clear();
         if is_judged {
             self.bytes = bytes;
-            if bytes > budget {
-                // An eighth more than necessary, so that the next count need not choose again.
-                self.choose(map, bytes - (budget - budget / 8));
+            if excess > 0 {
+                self.left -= self.choose(map, excess).min(bytes);
             }
         }
-        // Judging what is new takes about as much memory again: a map that was first judged when it had
-        // reached the budget would take one and a half times as much.
-        if bytes + bytes.saturating_sub(self.bytes) <= budget {
-            return;
-        }
+        // Blocks can go at the next count only if they are judged before. And judging what is new takes about as
+        // much memory again: a map that was first judged when it had reached the budget would take one and a
+        // half times as much.
+        let growth = (2 * growth).max(bytes.saturating_sub(self.bytes));
+        self.is_large = bytes + growth > budget;
+    }
+
+    /// Has the map judged on another thread.
+    fn judge(&mut self, map: &CloudMap) {
         let clone = map.clone();
         let judge = move || {
-            clone.kept_cloud();
+            clone.kept_cloud_by(JUDGED);
             // The clone's blocks are dropped now, not at the next count.
             let CloudMap { kept, .. } = clone;
             kept
@@ -130,8 +162,9 @@ impl CloudPager {
         self.judging = thread.ok().map(|kept| Judging { revision: map.evidence.revision(), kept });
     }
 
-    /// Chooses blocks that free `bytes` bytes, among those that have not changed since they were judged.
-    fn choose(&mut self, map: &CloudMap, bytes: usize) {
+    /// Chooses blocks that free `bytes` bytes, among those that have not changed since they were judged; returns
+    /// how many bytes they free.
+    fn choose(&mut self, map: &CloudMap, bytes: usize) -> usize {
         let store = map.evidence.blocks();
         let blocks = store.keys().iter().enumerate().map(|(slot, &key)| (store.stamps().of(slot), key));
         let mut blocks: Vec<(u32, BlockKey)> = blocks.filter(|(stamp, _)| *stamp <= self.judged).collect();
@@ -147,6 +180,7 @@ impl CloudPager {
                 self.due.push_back(key);
             }
         }
+        gone
     }
 }
 

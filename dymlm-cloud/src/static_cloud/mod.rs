@@ -24,7 +24,7 @@ use surface::Surface;
 /// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for all
 /// blocks of a map that is read for the first time would be a third of the map again. A frame changes fewer
 /// blocks, so that its changes are taken in at once: what lies beside a batch is worked out twice.
-const BATCH: usize = 1 << 14;
+pub(crate) const BATCH: usize = 1 << 14;
 
 /// The static part of the map, block by block, as of the last query: without ghosts, and without
 /// [noise](Thinning).
@@ -87,13 +87,8 @@ impl StaticCloud {
             && self.verdicts == source.verdicts.revision()
     }
 
-    /// Takes in what has changed since the last call.
-    pub(crate) fn refresh(&mut self, source: Source<'_>) {
-        self.refresh_by(source, BATCH);
-    }
-
     /// Takes in what has changed since the last call, so many blocks at a time.
-    fn refresh_by(&mut self, source: Source<'_>, batch: usize) {
+    pub(crate) fn refresh_by(&mut self, source: Source<'_>, batch: usize) {
         self.take_in_new(source.voxels);
         let slots = self.changed_slots(source);
         // The points of a block that waits are those of voxels that it still has.

@@ -1,5 +1,5 @@
 use dymlm_core::vector3::{dot, norm};
-use dymlm_core::{PinholeCamera, Plane};
+use dymlm_core::{PinholeCamera, Plane, record};
 
 /// Most points that a sample stands for along rows, and along columns: it represents that many pixels. With
 /// 1, half of a desk's side seen at a slant is missing.
@@ -49,6 +49,8 @@ impl PlaneSamples {
         self.lattice.centers(self.places.iter().copied(), plane)
     }
 }
+
+record!(RayLattice { first, step, columns });
 
 impl RayLattice {
     /// The rays of every `stride`-th pixel along rows and columns, the first one half a stride from the

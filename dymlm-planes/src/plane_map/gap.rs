@@ -1,5 +1,5 @@
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{DepthView, Plane, Pose, Visibility};
+use dymlm_core::{DepthView, Plane, Pose, Visibility, record_of_cases};
 
 use crate::association::{FinitePlane, Partition};
 use crate::linear_algebra::foot_on;
@@ -40,6 +40,8 @@ pub(super) enum GapLook {
     /// The key frame looks through the gap: nothing joins the patches.
     LookedThrough,
 }
+
+record_of_cases!(GapLook { 0 => Occluded, 1 => LookedThrough });
 
 impl Gap {
     /// The gap between two patches within a region; `None` when it is wider than `max_width` metres (to a

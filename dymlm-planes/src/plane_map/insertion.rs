@@ -1,4 +1,4 @@
-use dymlm_core::{Birth, FrameId, Names, PlaneId};
+use dymlm_core::{Birth, FrameId, Names, PlaneId, record};
 
 use super::report::{PlaneMerge, PlaneReport};
 
@@ -11,6 +11,8 @@ pub(super) struct Union {
     /// The plane that remains.
     pub(super) into: Birth,
 }
+
+record!(Union { from, into });
 
 /// What a key frame changes in the map, with planes given by their births.
 #[derive(Debug)]

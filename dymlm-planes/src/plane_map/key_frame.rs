@@ -1,5 +1,5 @@
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{Birth, FrameId, Pose};
+use dymlm_core::{Birth, FrameId, Pose, record};
 
 use super::fixed_moments::FixedMoments;
 use super::gap::GapLook;
@@ -60,6 +60,21 @@ pub(super) struct Share {
     /// Whether the plane was seen from behind.
     pub(super) is_flipped: bool,
 }
+
+record!(KeyFrame {
+    timestamp,
+    world_from_camera,
+    shares,
+    lattice,
+    sites,
+    labels,
+    motions,
+    missed,
+    merges,
+    gap_looks
+});
+record!(Merge { merge, witnesses });
+record!(Share { plane, weight, centroid, covariance, label, is_flipped });
 
 impl Share {
     /// Weight, centroid and covariance of its inliers, in the camera's frame.

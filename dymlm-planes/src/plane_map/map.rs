@@ -8,7 +8,9 @@ mod renaming;
 mod saved_state;
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use dymlm_core::paging::{FiledMap, PageFile};
 use dymlm_core::vector3::norm;
 use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Pose, SensorModel};
 
@@ -57,7 +59,7 @@ pub struct PlaneMap {
     index: PlaneIndex,
     /// The planes that were judged to be gone, and some that have left the map or came back since.
     gone: BTreeSet<Birth>,
-    pub(super) key_frames: SharedMap<FrameId, KeyFrame>,
+    pub(super) key_frames: FiledMap<FrameId, KeyFrame>,
     /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
     /// What the key frames saw between the present planes.
@@ -68,6 +70,10 @@ pub struct PlaneMap {
     merged_ids: MergedIds<PlaneId>,
     next_key_frame: u64,
 }
+
+/// Pages of 64 key frames that stay in memory: the newest, of which not all key frames have come yet, and the one
+/// before. Planes that merge have mostly been found by one of these.
+const PAGES_IN_MEMORY: usize = 2;
 
 /// The plane of the map with which a detected one is associated.
 #[derive(Debug, Clone, Copy)]
@@ -93,7 +99,7 @@ impl PlaneMap {
             planes: SharedMap::default(),
             index: PlaneIndex::default(),
             gone: BTreeSet::new(),
-            key_frames: SharedMap::default(),
+            key_frames: FiledMap::default(),
             merged: MergedIds::default(),
             gaps: GapRecord::default(),
             names: Names::default(),
@@ -127,9 +133,9 @@ impl PlaneMap {
         let gap_looks = self.look_between(&insertion, &region, &view, &world_from_camera.inverse());
         let missed = self.missed_by(&insertion, &view, world_from_camera);
         self.gaps.add(&gap_looks);
-        if let Some(key_frame) = self.key_frames.get_mut(&insertion.key_frame) {
+        self.key_frames.update(insertion.key_frame, |key_frame| {
             (key_frame.gap_looks, key_frame.missed) = (gap_looks, missed.clone());
-        }
+        });
         self.count_missed(&missed);
         self.merge(&mut insertion, &region);
         self.confirm(insertion.associations.iter().copied().chain(missed));
@@ -226,14 +232,26 @@ impl PlaneMap {
     }
 
     fn own_bytes(&self, other: Option<&Self>) -> usize {
-        let key_frame = |key_frame: &KeyFrame, _: Option<&_>| key_frame.memory_bytes();
+        let key_frames = other.map(|other| &other.key_frames);
         self.planes.memory_bytes_beside(other.map(|other| &other.planes), MapPlane::memory_bytes_beside)
-            + self.key_frames.memory_bytes_beside(other.map(|other| &other.key_frames), key_frame)
+            + self.key_frames.memory_bytes_beside(key_frames, KeyFrame::memory_bytes)
             + self.index.memory_bytes_beside(other.map(|other| &other.index))
             + self.merged.memory_bytes()
             + self.merged_ids.memory_bytes()
             + self.names.memory_bytes()
             + self.gaps.memory_bytes()
+    }
+
+    /// Puts what older key frames have seen into a file, for the clones that share it as well: it is read again
+    /// when planes merge that have long been known, and for everything that goes through all key frames. The
+    /// newest 64 key frames, at least, stay in memory. O(key frames / 64).
+    ///
+    /// # Errors
+    ///
+    /// Those of writing; then the rest stays in memory. When the file cannot be read later,
+    /// [`PageFile::failure`] says so, and what key frames have seen is lost.
+    pub fn page_out(&self, file: &Arc<PageFile>) -> std::io::Result<()> {
+        self.key_frames.page_out(PAGES_IN_MEMORY, file)
     }
 
     fn bring_to_world(&self, key_frame: &KeyFrame, places: &Places) -> Result<Vec<PlacedShare>, Error> {

@@ -25,8 +25,8 @@ impl PlaneMap {
     /// What each key frame has seen of the confirmed planes, in the order of the key frames; poses can be
     /// refined with it. Planes that were moved since with a carried object are left out. O(key frames).
     pub fn key_frame_sightings(&self) -> impl Iterator<Item = PlaneSighting> + '_ {
-        self.key_frames.iter().flat_map(move |(&key_frame, seen)| {
-            seen.standing_shares().filter_map(move |share| {
+        self.key_frames.iter().flat_map(move |(key_frame, seen)| {
+            let sightings = seen.standing_shares().filter_map(|share| {
                 let plane = self.planes.get(&self.resolve(share.plane))?;
                 let (weight, centroid, covariance) = share.own_moments();
                 plane.is_confirmed.then_some(PlaneSighting {
@@ -37,7 +37,8 @@ impl PlaneMap {
                     centroid,
                     covariance,
                 })
-            })
+            });
+            sightings.collect::<Vec<_>>()
         })
     }
 }

@@ -273,6 +273,7 @@ fn in_order(map: &PlaneMap) -> impl Iterator<Item = &MapPlane> {
 
 #[cfg(feature = "state")]
 mod saved_state {
+    use dymlm_core::paging::PageFile;
     use dymlm_core::{SensorModel, SplitMix64};
     use dymlm_planes::Error;
     use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
@@ -305,6 +306,30 @@ mod saved_state {
         let ids: Vec<_> = (0..40).map(|number| map.current_id(PlaneId::new(number))).collect();
         let under = map.plane_under([0.1, 0.2, 1.0], [0.0, 0.0, 1.0], 3.0);
         format!("{:?} {ids:?} {} {under:?}", snapshot(map), map.ids_given())
+    }
+
+    #[test]
+    fn a_map_whose_key_frames_are_in_a_file_is_the_same() {
+        let (frames, file) = (detections(), PageFile::create_in(&std::env::temp_dir()).unwrap());
+        let many: Vec<Detected> = frames.iter().cycle().take(150).cloned().collect();
+        for seed in 0..4 {
+            let [mut paged, mut in_memory] = [(); 2].map(|()| map_of(&many));
+            let (mut parts, mut random) = (whole(&paged), SplitMix64::new(seed));
+            paged.page_out(&file).unwrap();
+            assert!(paged.memory_bytes() < in_memory.memory_bytes());
+            for _ in 0..8 {
+                let (earlier, change, which) = (paged.clone(), random.below(9), random.below(1000));
+                for map in [&mut paged, &mut in_memory] {
+                    apply(map, &frames, change, which);
+                }
+                assert_eq!(seen(&paged), seen(&in_memory));
+                assert!(paged.key_frame_sightings().eq(in_memory.key_frame_sightings()));
+                save_into(&mut parts, |sink| paged.save_state(Some(&earlier), sink));
+                paged.page_out(&file).unwrap();
+            }
+            assert!(whole(&paged) == parts && whole(&in_memory) == parts);
+        }
+        assert!(file.failure().is_none());
     }
 
     #[test]

@@ -32,6 +32,7 @@ fn maps_within_a_budget_are_the_maps_without_one() {
     // What the last frames have seen is most of so small a map.
     let memory = [paged.memory().cloud, whole.memory().cloud];
     assert!(10 * memory[0] < 9 * memory[1], "{memory:?}");
+    assert!(paged.memory().planes < whole.memory().planes);
     assert!(fingerprint(paged.map()) == fingerprint(whole.map()));
     let clouds = readers.each_mut().map(|reader| reader.latest().cloud().point_cloud(Selection::Static));
     assert!(clouds[0] == clouds[1]);

@@ -106,7 +106,7 @@ impl PlaneMap {
     /// Counts anew the key frames that have seen a plane or looked at it. O(key frames).
     pub(super) fn sightings(&self, birth: Birth) -> Sightings {
         let mut sightings = Sightings::default();
-        for (&number, key_frame) in self.key_frames.iter() {
+        for (number, key_frame) in self.key_frames.iter() {
             let [saw, looked] = key_frame.looks_at(birth, |birth| self.resolve(birth));
             if saw {
                 sightings.add(number, key_frame.timestamp);

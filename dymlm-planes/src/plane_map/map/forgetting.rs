@@ -13,22 +13,26 @@ impl PlaneMap {
     /// key frames have seen).
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
         let (mut touched, mut key_frames) = (Vec::new(), std::mem::take(&mut self.key_frames));
-        for key_frame in key_frames.values_mut() {
+        key_frames.renew(|key_frame| {
+            let mut key_frame = key_frame.clone();
             let outside = key_frame.take_outside(center, radius, self.config.voxel_size);
             touched.extend(outside.iter().map(|share| self.resolve(share.plane)));
-            self.subtract(key_frame, &outside);
-        }
+            self.subtract(&key_frame, &outside);
+            (!outside.is_empty()).then_some(key_frame)
+        });
         self.key_frames = key_frames;
         touched.sort_unstable();
         touched.dedup();
         self.recount(&touched);
-        let known = &self.planes;
-        for key_frame in self.key_frames.values_mut() {
-            let is_known = |plane: &Birth| known.contains_key(&self.merged.current(*plane));
+        let is_known = |plane: &Birth| self.planes.contains_key(&self.merged.current(*plane));
+        self.key_frames.renew(|before| {
+            let mut key_frame = before.clone();
             key_frame.missed.retain(is_known);
             key_frame.gap_looks.retain(|(pair, _)| pair.iter().all(is_known));
             key_frame.merges.retain(|merge| is_known(&merge.merge.into));
-        }
+            let lengths = |of: &KeyFrame| [of.missed.len(), of.gap_looks.len(), of.merges.len()];
+            (lengths(&key_frame) != lengths(before)).then_some(key_frame)
+        });
         let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
         self.key_frames.retain(|key_frame| !is_empty(key_frame));
         self.merged.retain(|plane| self.planes.contains_key(&plane));

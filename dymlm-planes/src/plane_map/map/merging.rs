@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::{Birth, DepthView, FrameId, Pose};
 
 use super::super::gap::{Gap, GapLook};
@@ -91,8 +93,8 @@ impl PlaneMap {
         for birth in &mut insertion.associations {
             *birth = self.resolve(*birth);
         }
-        if let Some(key_frame) = self.key_frames.get_mut(&insertion.key_frame) {
-            key_frame.merges = merges;
+        if !merges.is_empty() {
+            self.key_frames.update(insertion.key_frame, |key_frame| key_frame.merges = merges);
         }
     }
 
@@ -140,10 +142,10 @@ impl PlaneMap {
     }
 
     /// The key frames since both planes have been seen, which may know of both.
-    fn key_frames_since(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, &KeyFrame)> {
+    fn key_frames_since(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, Arc<KeyFrame>)> {
         let first = [a, b].map(|birth| self.planes.get(&birth).map(|plane| plane.sightings.first));
         let first = first.into_iter().flatten().max().unwrap_or(FrameId::new(0));
-        self.key_frames.range(first..).map(|(&number, key_frame)| (number, key_frame))
+        self.key_frames.range(first..)
     }
 
     /// Collects anew what all key frames saw between planes, by the planes that these have become. Used when
@@ -169,7 +171,7 @@ impl PlaneMap {
             both_saw += u32::from(a[0] && b[0]);
             both_looked += u32::from(a[1] && b[1]);
         }
-        let of_from = |key_frame: &&KeyFrame| {
+        let of_from = |key_frame: &Arc<KeyFrame>| {
             key_frame.gap_looks.iter().any(|(pair, _)| pair.iter().any(|&birth| resolve_now(birth) == from))
         };
         let first = self.planes.get(&from).map_or(FrameId::new(0), |plane| plane.sightings.first);

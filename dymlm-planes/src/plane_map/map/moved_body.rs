@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use dymlm_core::{Birth, PlaneId, Pose};
 
-use super::super::key_frame::Share;
+use super::super::key_frame::{KeyFrame, Share};
 use super::PlaneMap;
 use crate::error::Error;
 use crate::linear_algebra::foot_on;
@@ -41,8 +41,10 @@ impl PlaneMap {
         }
         self.move_shares(&going, new_from_old)?;
         let merged = &self.merged;
-        for key_frame in self.key_frames.values_mut() {
-            if key_frame.shares.iter().any(|share| cut.contains_key(&merged.current(share.plane))) {
+        self.key_frames.renew(|before| {
+            let mut key_frame = before.clone();
+            let is_cut = before.shares.iter().any(|share| cut.contains_key(&merged.current(share.plane)));
+            if is_cut {
                 key_frame.retain_samples(voxel_size, |share, cell| {
                     let center = PatchVoxel { cell, count: 1 }.center(voxel_size);
                     let plane = cut.get(&merged.current(share.plane));
@@ -52,7 +54,8 @@ impl PlaneMap {
             // What lay between the moved planes and others is no longer there.
             let goes = |plane: &Birth| going.contains(&merged.current(*plane));
             key_frame.gap_looks.retain(|(pair, _)| !pair.iter().any(goes));
-        }
+            (is_cut || key_frame.gap_looks.len() < before.gap_looks.len()).then_some(key_frame)
+        });
         self.collect_gaps();
         let gone_ids = going.iter().map(|plane| self.names.id(*plane)).collect();
         let touched: Vec<Birth> = going.iter().chain(cut.keys()).copied().collect();
@@ -64,10 +67,10 @@ impl PlaneMap {
     /// Moves the key frames' shares of some planes; all or none.
     fn move_shares(&mut self, planes: &[Birth], new_from_old: &Pose) -> Result<(), Error> {
         let (mut moved, mut lists) = (BTreeMap::new(), VoxelLists::default());
-        for (&number, key_frame) in self.key_frames.iter() {
+        for (number, key_frame) in self.key_frames.iter() {
             let goes = |share: &Share| planes.contains(&self.resolve(share.plane));
             if key_frame.shares.iter().any(goes) {
-                let (mut key_frame, places) = (key_frame.clone(), key_frame.places());
+                let (mut key_frame, places) = (KeyFrame::clone(&key_frame), key_frame.places());
                 for index in 0..key_frame.shares.len() {
                     if goes(&key_frame.shares[index]) {
                         key_frame.move_share(index, new_from_old);

@@ -17,7 +17,7 @@ impl PlaneMap {
     ///
     /// [`Error::UnknownKeyFrame`].
     pub fn remove(&mut self, key_frame: FrameId) -> Result<(), Error> {
-        let gone = self.key_frames.remove(&key_frame).ok_or(Error::UnknownKeyFrame { key_frame })?;
+        let gone = self.key_frames.remove(key_frame).ok_or(Error::UnknownKeyFrame { key_frame })?;
         let mut undone: Vec<Union> = gone.merges.iter().map(|merge| merge.merge).collect();
         undone.extend(self.take_unwitnessed(key_frame));
         let mut touched: Vec<Birth> = gone.missed.iter().map(|&birth| self.resolve(birth)).collect();
@@ -75,7 +75,12 @@ impl PlaneMap {
     fn take_unwitnessed(&mut self, gone: FrameId) -> Vec<Union> {
         let least = self.config.min_observations as usize;
         let mut taken = Vec::new();
-        for key_frame in self.key_frames.values_mut() {
+        self.key_frames.renew(|key_frame| {
+            let mut witnesses = key_frame.merges.iter().filter_map(|merge| merge.witnesses.as_ref());
+            if !witnesses.any(|witnesses| witnesses.contains(&gone)) {
+                return None;
+            }
+            let mut key_frame = key_frame.clone();
             key_frame.merges.retain_mut(|merge| {
                 let Some(witnesses) = &mut merge.witnesses else { return true };
                 witnesses.retain(|&witness| witness != gone);
@@ -85,7 +90,8 @@ impl PlaneMap {
                 }
                 holds
             });
-        }
+            Some(key_frame)
+        });
         taken
     }
 

@@ -1,5 +1,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use dymlm_core::paging::FiledMap;
 use dymlm_core::{
     Birth, DamagedState, FrameId, MergedIds, Names, Plane, PlaneId, SensorModel, StateSink, decode_part,
     encode_part,
@@ -66,11 +67,11 @@ impl PlaneMap {
     ///
     /// Errors of `sink`.
     pub fn save_state(&self, earlier: Option<&Self>, sink: &mut StateSink<'_>) -> std::io::Result<()> {
-        let none = (SharedMap::default(), SharedMap::default());
+        let none = (SharedMap::default(), FiledMap::default());
         let (planes, key_frames) =
             earlier.map_or((&none.0, &none.1), |earlier| (&earlier.planes, &earlier.key_frames));
         for (id, key_frame) in self.key_frames.changed_since(key_frames) {
-            sink(part_of(KEY_FRAME, id.get()), Some(&encode_part(key_frame)?))?;
+            sink(part_of(KEY_FRAME, id.get()), Some(&encode_part(&*key_frame)?))?;
         }
         for id in key_frames.gone_from(&self.key_frames) {
             sink(part_of(KEY_FRAME, id.get()), None)?;

@@ -1,10 +1,11 @@
-//! How blocks are written to the page file: number by number, in their own widths. Only the process that
+//! How things are written to the page file: number by number, in their own widths. Only the process that
 //! writes the file reads it, so it needs no version.
 
 use std::sync::Arc;
 
-/// What can be written to the page file and read back to the bit.
-pub(crate) trait Record: Sized {
+/// What can be written to a [page file](super::PageFile) and read back to the bit.
+pub trait Record: Sized {
+    /// Appends it to the bytes.
     fn write(&self, out: &mut Vec<u8>);
 
     /// Reads one from the beginning of the bytes; `None` where they do not begin with one.
@@ -26,7 +27,7 @@ macro_rules! number {
         }
     )*};
 }
-number!(u8, u16, u32, u64, i8, i32, f32);
+number!(u8, u16, u32, u64, i8, i32, f32, f64);
 
 impl Record for bool {
     fn write(&self, out: &mut Vec<u8>) {
@@ -102,7 +103,32 @@ macro_rules! pointer {
 }
 pointer!(Box, Arc);
 
-/// Implements [`Record`] for structs, field by field.
+impl<A: Record, B: Record> Record for (A, B) {
+    fn write(&self, out: &mut Vec<u8>) {
+        self.0.write(out);
+        self.1.write(out);
+    }
+
+    fn read(from: &mut &[u8]) -> Option<Self> {
+        Some((A::read(from)?, B::read(from)?))
+    }
+}
+
+impl<T: Record> Record for Option<T> {
+    fn write(&self, out: &mut Vec<u8>) {
+        self.is_some().write(out);
+        if let Some(value) = self {
+            value.write(out);
+        }
+    }
+
+    fn read(from: &mut &[u8]) -> Option<Self> {
+        if bool::read(from)? { T::read(from).map(Some) } else { Some(None) }
+    }
+}
+
+/// Implements [`Record`](crate::paging::Record) for structs, field by field.
+#[macro_export]
 macro_rules! record {
     ($type:ty { $($field:ident),* $(,)? }) => {
         impl $crate::paging::Record for $type {
@@ -116,7 +142,9 @@ macro_rules! record {
         }
     };
 }
-/// Implements [`Record`] for enums of which each case holds one value or none, by the number of the case.
+
+/// Implements [`Record`](crate::paging::Record) for enums of which each case holds one value or none, by the number of the case.
+#[macro_export]
 macro_rules! record_of_cases {
     ($type:ty { $($number:literal => $case:ident $(($value:ident))?),* $(,)? }) => {
         impl $crate::paging::Record for $type {
@@ -141,4 +169,3 @@ macro_rules! record_of_cases {
         }
     };
 }
-pub(crate) use {record, record_of_cases};

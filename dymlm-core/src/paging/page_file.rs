@@ -3,17 +3,17 @@ use std::io::{Error, ErrorKind, Result};
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use dymlm_core::ScratchFile;
-
 use super::Record;
+use crate::ScratchFile;
 
 /// Lengths in the file are multiples of this, so that what is written later fits into places that became
 /// free.
 const UNIT: usize = 4096;
 
-/// The file to which blocks are paged out. Places that nobody refers to any more are written over.
+/// A file to which parts of maps go that are not needed for now. Places that nobody refers to any more are written
+/// over. The file has no name where the system allows that, and is deleted with its last owner.
 #[derive(Debug)]
-pub(crate) struct PageFile {
+pub struct PageFile {
     file: ScratchFile,
     /// Free places, by their length in bytes.
     free: Mutex<BTreeMap<usize, Vec<u64>>>,
@@ -21,22 +21,31 @@ pub(crate) struct PageFile {
     failure: OnceLock<ErrorKind>,
 }
 
-/// Some blocks in the file. Their place is free again when this is dropped.
+/// Some blocks in a [`PageFile`]. Their place is free again when this is dropped.
 #[derive(Debug)]
-pub(crate) struct Extent {
+pub struct Extent {
     file: Arc<PageFile>,
     offset: u64,
     length: usize,
 }
 
 impl PageFile {
-    pub(crate) fn create_in(folder: &Path) -> Result<Arc<Self>> {
+    /// An empty file in a folder that exists.
+    ///
+    /// # Errors
+    ///
+    /// Those of making a file there.
+    pub fn create_in(folder: &Path) -> Result<Arc<Self>> {
         let file = ScratchFile::create_in(folder, "pages")?;
         Ok(Arc::new(Self { file, free: Mutex::default(), failure: OnceLock::new() }))
     }
 
-    /// Writes some blocks, followed by zeros up to a whole unit.
-    pub(crate) fn write(self: &Arc<Self>, blocks: &mut Vec<u8>) -> Result<Extent> {
+    /// Writes some blocks, followed by zeros up to a whole unit, which are appended to `blocks` as well.
+    ///
+    /// # Errors
+    ///
+    /// Those of writing: a full disk, say.
+    pub fn write(self: &Arc<Self>, blocks: &mut Vec<u8>) -> Result<Extent> {
         let length = blocks.len().next_multiple_of(UNIT);
         blocks.resize(length, 0);
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
@@ -48,15 +57,15 @@ impl PageFile {
     }
 
     /// Why blocks are lost, if any are.
-    pub(crate) fn failure(&self) -> Option<Error> {
+    pub fn failure(&self) -> Option<Error> {
         self.failure.get().map(|&kind| Error::from(kind))
     }
 }
 
 impl Extent {
-    /// Reads one of the blocks. A block that cannot be read is empty, and [`PageFile::failure`] gives the
+    /// Reads one of the blocks, which takes `length` bytes from `from` on. A block that cannot be read is empty, and [`PageFile::failure`] gives the
     /// reason from then on.
-    pub(crate) fn read<B: Record + Default>(&self, from: u32, length: u32) -> B {
+    pub fn read<B: Record + Default>(&self, from: u32, length: u32) -> B {
         let bytes = self.file.file.read(self.offset + u64::from(from), length as usize);
         let block = bytes.and_then(|bytes| {
             B::read(&mut bytes.as_slice()).ok_or_else(|| Error::from(ErrorKind::InvalidData))
@@ -97,7 +106,7 @@ mod tests {
         let file = PageFile::create_in(&std::env::temp_dir()).unwrap();
         let beyond = Extent { file: Arc::clone(&file), offset: 1 << 40, length: 8 };
         assert!(file.failure().is_none());
-        assert_eq!(beyond.read::<Vec<u32>>(0, 8), Vec::new());
+        assert_eq!(beyond.read::<Vec<u32>>(0, 8), Vec::<u32>::new());
         assert_eq!(file.failure().unwrap().kind(), ErrorKind::UnexpectedEof);
     }
 }
