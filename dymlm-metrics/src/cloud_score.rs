@@ -8,6 +8,7 @@ use crate::{SpaceTruth, Spread};
 /// static surface, and n the number of finite points:
 ///
 /// - residue = #{p: d(p) > 6 cm, p in the volume swept by movers} / n,
+/// - unseen residue = #{p of the residue: no frame looked through p} / n: nobody can know that it is gone,
 /// - stray = #{p: d(p) > 6 cm, p outside that volume} / n,
 /// - completeness = #{s: some p within 5 cm of s} / #{s} over the visible surface points s of the truth,
 /// - completeness near people: the same over those points s that are near people according to the truth,
@@ -22,6 +23,9 @@ pub struct CloudScore {
     /// Share of the points further than 6 cm from every static surface and within the volume swept by movers,
     /// 0..=1.
     pub residue: f64,
+    /// The part of the residue at places that no frames have looked through
+    /// ([`SpaceTruth::was_looked_through`]), 0..=`residue`: no map can know that nothing is there.
+    pub unseen_residue: f64,
     /// Share of the points further than 6 cm from every static surface and outside the volume swept by
     /// movers, 0..=1.
     pub stray: f64,
@@ -52,9 +56,12 @@ pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudS
     let distances: Vec<f32> = points.iter().map(|&point| truth.surface_distance(point)).collect();
 
     let off_surface = || points.iter().zip(&distances).filter(|&(_, &distance)| distance > OFF_SURFACE);
-    let residue = off_surface().filter(|&(&point, _)| truth.swept_by_movers(point)).count();
+    let in_swept = || off_surface().filter(|&(&point, _)| truth.swept_by_movers(point));
+    let residue = in_swept().count();
+    let unseen = in_swept().filter(|&(&point, _)| !truth.was_looked_through(point)).count();
     let share = |count: usize| share(count as u64, points.len() as u64);
-    let (residue, stray) = (share(residue)?, share(off_surface().count() - residue)?);
+    let (residue, unseen_residue, stray) =
+        (share(residue)?, share(unseen)?, share(off_surface().count() - residue)?);
 
     let visible = truth.visible_points();
     let those = |is_meant: &dyn Fn(Point) -> bool| -> Vec<Point> {
@@ -65,6 +72,7 @@ pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudS
     let distance = Spread::of(distances.into_iter().map(f64::from).collect())?;
     Some(CloudScore {
         residue,
+        unseen_residue,
         stray,
         completeness: share_within(&visible, &points, MATCHED).unwrap_or(1.0),
         completeness_near_people: share_within(&near_people, &points, MATCHED),
@@ -74,4 +82,38 @@ pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudS
         points: points.len(),
         visible_points: visible.len(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor, above which everything was swept; only what is at x > 0 was looked through.
+    struct Floor;
+
+    impl SpaceTruth for Floor {
+        fn surface_distance(&self, point: Point) -> f32 {
+            point[2].abs()
+        }
+
+        fn swept_by_movers(&self, _: Point) -> bool {
+            true
+        }
+
+        fn was_looked_through(&self, point: Point) -> bool {
+            point[0] > 0.0
+        }
+
+        fn visible_points(&self) -> Vec<Point> {
+            Vec::new()
+        }
+    }
+
+    #[test]
+    fn residue_that_nobody_looked_through_is_told_apart() {
+        let cloud =
+            PointCloud::new(vec![[1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [-1.0, 0.0, 2.0], [-1.0, 0.0, 0.0]]);
+        let score = score_cloud(&cloud, &Floor).unwrap();
+        assert_eq!((score.residue, score.unseen_residue, score.stray), (0.75, 0.5, 0.0));
+    }
 }

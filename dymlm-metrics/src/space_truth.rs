@@ -14,6 +14,12 @@ pub trait SpaceTruth {
     /// Whether a point is in the volume that movers filled at the times of the frames.
     fn swept_by_movers(&self, point: Point) -> bool;
 
+    /// Whether frames have looked through a point in the swept volume. Of a place that was only ever read
+    /// while something stood there, no map can know that it became empty. The default is `true`: all is asked.
+    fn was_looked_through(&self, _point: Point) -> bool {
+        true
+    }
+
     /// Whether a point is so near to a person that it would be lost to too large a mask or too much removal.
     /// The default is `false`.
     fn near_people(&self, _point: Point) -> bool {

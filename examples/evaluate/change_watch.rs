@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm::core::Point;
 use dymlm::geometry::OrientedBox;
@@ -21,7 +21,17 @@ struct Watched {
     change: SceneChange,
     /// When the freed place and the filled one were first in view after the change.
     looked: [Option<f64>; 2],
+    /// The looks through the cells of the freed place since the change.
+    freed: BTreeMap<Cell, Looks>,
     checks: Vec<Check>,
+}
+
+/// The looks through a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Looks {
+    count: u32,
+    /// When there were enough of them that the cell is known to be empty.
+    known: Option<f64>,
 }
 
 /// What the maps hold at the old and at the new place.
@@ -33,6 +43,14 @@ struct Check {
 
 /// A cube of 5 cm.
 type Cell = [i32; 3];
+
+/// Side of a cell, metres.
+const CELL: f64 = 0.05;
+/// Half of its diagonal, metres.
+const HALF_DIAGONAL: f64 = 0.043_3;
+/// Frames that must look through a cell before a map is asked to know that it is empty, as for free space in
+/// general.
+const LEAST_LOOKS: u32 = 3;
 
 /// Time between two checks of the maps, seconds.
 const CHECK_TIME: f64 = 0.5;
@@ -47,7 +65,10 @@ const FILLED: f64 = 0.5;
 
 impl ChangeWatch {
     pub(crate) fn new(sequence: &Sequence) -> Self {
-        let watched = |change| Watched { change, looked: [None; 2], checks: Vec::new() };
+        let watched = |change: SceneChange| {
+            let freed = change.before.map(|place| cells_of(&place)).unwrap_or_default();
+            Watched { change, looked: [None; 2], freed, checks: Vec::new() }
+        };
         Self { watched: sequence.changes().into_iter().map(watched).collect(), next_check: 0.0 }
     }
 
@@ -85,7 +106,7 @@ impl ChangeWatch {
         }
     }
 
-    /// The slowest of all changes.
+    /// The slowest of all changes, and the share of the cells held that no frame has looked through again.
     pub(crate) fn score(&self, truth: &Truth, scores: &mut Scores) {
         let visible = truth.visible_points();
         let mut note = |key: &'static str, time: Option<f64>| {
@@ -99,10 +120,7 @@ impl ChangeWatch {
                 watched.change.after.map(|place| cells_in(&place, visible.iter())).unwrap_or_default();
             for (map, (gone, there)) in gone.into_iter().zip(there).enumerate() {
                 let held = watched.held_before(|check| check.cells[map][0].len() as f64);
-                note(
-                    gone,
-                    watched.time(0, held > 0.0, |check| check.cells[map][0].len() as f64 <= EMPTY * held),
-                );
+                note(gone, (held > 0.0).then(|| watched.gone(map, EMPTY * held)).flatten());
                 // A chair has no plane large enough to be expected of a map.
                 let is_asked = !true_cells.is_empty() && (map < 2 || watched.change.label.is_none());
                 let filled = |check: &Check| covered(&true_cells, &check.cells[map][1]) as f64;
@@ -115,6 +133,7 @@ impl ChangeWatch {
             note("changes.objects.gone", watched.time(0, held > 0.0, |check| !check.objects[0]));
             let is_asked = watched.change.label.is_some() && watched.change.after.is_some();
             note("changes.objects.there", watched.time(1, is_asked, |check| check.objects[1]));
+            note("changes.cloud.unseen", watched.unseen());
         }
     }
 }
@@ -128,6 +147,36 @@ impl Watched {
                 *looked = place.filter(|place| is_looked_at(place, frame)).map(|_| time);
             }
         }
+        if time >= self.change.times[1] {
+            for (cell, looks) in self.freed.iter_mut().filter(|(_, looks)| looks.known.is_none()) {
+                looks.count += u32::from(looks_through(*cell, frame));
+                looks.known = (looks.count >= LEAST_LOOKS).then_some(time);
+            }
+        }
+    }
+
+    /// How long after it was known to be empty a cell was still held at most, but for the slowest `spared` of
+    /// them. `None` when no frame looked at the place.
+    fn gone(&self, map: usize, spared: f64) -> Option<f64> {
+        self.looked[0]?;
+        let slowest = self.checks.iter().filter_map(|check| {
+            let held = check.cells[map][0].iter();
+            let known = held.filter_map(|cell| self.freed.get(cell)?.known);
+            let mut waits: Vec<f64> =
+                known.map(|known| check.time - known).filter(|&wait| wait >= 0.0).collect();
+            waits.sort_by(|a, b| b.total_cmp(a));
+            waits.get(spared as usize).map(|wait| wait + CHECK_TIME)
+        });
+        Some(slowest.fold(0.0, f64::max))
+    }
+
+    /// Share of the cells that the cloud held before the change through which too few frames have looked
+    /// since: no map can know that they are empty.
+    fn unseen(&self) -> Option<f64> {
+        let before = self.checks.iter().filter(|check| check.time < self.change.times[0]);
+        let held: BTreeSet<Cell> = before.flat_map(|check| check.cells[0][0].iter().copied()).collect();
+        let is_unseen = |cell: &&Cell| self.freed.get(*cell).is_none_or(|looks| looks.known.is_none());
+        (!held.is_empty()).then(|| held.iter().filter(is_unseen).count() as f64 / held.len() as f64)
     }
 
     /// The most that was held while the thing stood at its old place.
@@ -146,6 +195,34 @@ impl Watched {
     }
 }
 
+/// All cells whose centres lie in a box, or that touch it.
+fn cells_of(place: &OrientedBox) -> BTreeMap<Cell, Looks> {
+    let reach = 0.5 * place.lengths().map(|length| length * length).iter().sum::<f64>().sqrt();
+    let [low, high] = [-reach, reach].map(|reach| cell_of(place.center().map(|c| c + reach)));
+    let around = place.with_rim(HALF_DIAGONAL).unwrap_or(*place);
+    let axis = |axis: usize| low[axis]..=high[axis];
+    let cells = axis(0).flat_map(|x| axis(1).flat_map(move |y| axis(2).map(move |z| [x, y, z])));
+    cells.filter(|&cell| around.contains(middle(cell))).map(|cell| (cell, Looks::default())).collect()
+}
+
+fn cell_of(point: [f64; 3]) -> Cell {
+    point.map(|c| (c / CELL).floor() as i32)
+}
+
+fn middle(cell: Cell) -> [f64; 3] {
+    cell.map(|c| (f64::from(c) + 0.5) * CELL)
+}
+
+/// Whether the ray through a cell's middle goes on behind the cell to something that the sensor reads.
+fn looks_through(cell: Cell, frame: &SimulatedFrame) -> bool {
+    let camera = frame.frame.camera();
+    let place = frame.world_from_camera.inverse().transform_point(middle(cell));
+    let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { return false };
+    let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
+    let goes_on = f64::from(frame.true_depth.at(u, v)) > place[2] + HALF_DIAGONAL;
+    frame.frame.depth().at(u, v) > 0.0 && goes_on && (0.5..4.0).contains(&place[2])
+}
+
 /// The cells with points in a box, without its lowest part.
 fn cells_in<'a>(place: &OrientedBox, points: impl Iterator<Item = &'a Point>) -> BTreeSet<Cell> {
     let foot = ABOVE_FLOOR - 0.5 * place.lengths()[2];
@@ -154,7 +231,7 @@ fn cells_in<'a>(place: &OrientedBox, points: impl Iterator<Item = &'a Point>) ->
         let point = point.map(f64::from);
         place.contains(point) && box_from_world.transform_point(point)[2] > foot
     });
-    inside.map(|point| point.map(|c| (20.0 * c).floor() as i32)).collect()
+    inside.map(|point| cell_of(point.map(f64::from))).collect()
 }
 
 /// How many cells, or a neighbour of each, are held: a surface on the border of two cells is in either.

@@ -66,6 +66,7 @@ pub(crate) const BLOCKS: &[Block] = &[
             column("cloud.completeness_near_people", "near people", Unit::Percent(2)),
             column("cloud.completeness_of_thin_things", "thin things", Unit::Percent(2)),
             column("cloud.undetected_residue", "of undetected", Unit::Percent(4)),
+            column("cloud.seen_residue", "residue looked through", Unit::Percent(4)),
             column("cloud.median", "median", Unit::Millimetres),
             column("cloud.p95", "95 %", Unit::Millimetres),
             column("cloud.wall_thickness", "walls' thickness", Unit::Millimetres),
@@ -123,7 +124,7 @@ pub(crate) const BLOCKS: &[Block] = &[
         ],
     },
     Block {
-        title: "What is pushed, placed and taken away: time from the first look at a place until each map holds it empty (gone) or filled (there) to the end",
+        title: "What is pushed, placed and taken away: how long a map holds what is gone, from the third look through each cell on; time from the first look at a place until each map holds it filled (there) to the end; share of the cells that nobody has looked through again",
         columns: &[
             column("changes.cloud.gone", "cloud: gone", Unit::Seconds),
             column("changes.octree.gone", "octree: gone", Unit::Seconds),
@@ -133,6 +134,7 @@ pub(crate) const BLOCKS: &[Block] = &[
             column("changes.octree.there", "octree: there", Unit::Seconds),
             column("changes.planes.there", "planes: there", Unit::Seconds),
             column("changes.objects.there", "objects: there", Unit::Seconds),
+            column("changes.cloud.unseen", "never seen again", Unit::Percent(1)),
         ],
     },
     Block {

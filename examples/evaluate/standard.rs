@@ -31,6 +31,10 @@ impl SpaceTruth for Undetected<'_> {
         self.0.swept_by_undetected(point)
     }
 
+    fn was_looked_through(&self, point: Point) -> bool {
+        self.0.was_looked_through(point)
+    }
+
     fn visible_points(&self) -> Vec<Point> {
         Vec::new()
     }
@@ -87,8 +91,10 @@ impl Standard {
             scores.set("cloud.wall_thickness_p95", score.thickness.p95);
         }
         if self.has_undetected {
-            let residue = score_cloud(cloud, &Undetected(&self.truth)).map(|score| score.residue);
-            scores.set("cloud.undetected_residue", residue);
+            if let Some(score) = score_cloud(cloud, &Undetected(&self.truth)) {
+                scores.set("cloud.undetected_residue", score.residue);
+                scores.set("cloud.seen_residue", score.residue - score.unseen_residue);
+            }
         }
         let score = self.dynamic_map.score(cloud.points());
         scores.set("cloud.static_accuracy", score.static_accuracy);

@@ -54,7 +54,7 @@ impl TruthConfig {
 }
 
 /// The exact truth about a sequence, in its world frame: static surfaces, the volume that movers swept, the
-/// surface points that were seen, flat faces, and labelled objects.
+/// surface points that were seen, where that volume was looked through, flat faces, and labelled objects.
 ///
 /// Distances are exact to the analytic bodies (f32), the swept volume is kept in cells of 5 cm. Gathering
 /// costs about as much as rendering one or two frames, observing a frame O(pixels).
@@ -119,8 +119,8 @@ impl Truth {
     }
 
     /// Notes which surface points, faces and objects a frame sees: pixels where the sensor has a reading, the
-    /// exact depth is within range, and the surface still stands there at the end. Each frame must be
-    /// observed once.
+    /// exact depth is within range, and the surface still stands there at the end; and where it looks through
+    /// the volume that movers swept. Each frame must be observed once.
     pub fn observe(&mut self, frame: &SimulatedFrame) {
         let number = self.seen.next_frame();
         let camera = frame.frame.camera();
@@ -144,6 +144,7 @@ impl Truth {
             self.objects.see(part, scene_from_camera.transform_point(in_camera), number);
             self.seen.see(frame.world_from_camera.transform_point(in_camera).map(|c| c as f32));
         }
+        self.swept.look(frame, &scene_from_camera.inverse(), self.config.min_depth..=self.config.max_depth);
         let image_share = (camera.width() * camera.height()) as f64 / (640.0 * 480.0);
         self.objects.end_frame(MIN_OBJECT_PIXELS * image_share);
     }
@@ -184,6 +185,12 @@ impl SpaceTruth for Truth {
     /// The volume is grown by 10 cm and kept in cells of 5 cm, whose centres decide.
     fn swept_by_movers(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.swept.contains(point))
+    }
+
+    /// At least `min_views` frames have looked through the cell of 5 cm around the point, when nothing was
+    /// there.
+    fn was_looked_through(&self, point: Point) -> bool {
+        self.in_scene(point).is_some_and(|point| self.swept.is_looked_through(point, self.config.min_views))
     }
 
     /// Within half a metre of somebody's body, in cells of 5 cm.

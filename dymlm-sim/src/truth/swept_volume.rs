@@ -1,7 +1,10 @@
-use dymlm_core::Point;
+use std::ops::RangeInclusive;
+
+use dymlm_core::{Point, Pose};
 use parry3d::math::Vec3;
 
 use super::cell_grid::{CellGrid, bounds};
+use crate::SimulatedFrame;
 use crate::scene::Part;
 
 /// The cells of 5 cm whose centres are in a body, or within a margin of one, at one of the given times.
@@ -9,9 +12,13 @@ use crate::scene::Part;
 pub(super) struct SweptVolume {
     grid: CellGrid,
     swept: Vec<bool>,
+    /// Number of frames that looked through each cell.
+    looks: Vec<u32>,
 }
 
 const CELL: f32 = 0.05;
+/// Half a cell's diagonal, metres: a ray that goes on for longer behind a cell's centre leaves the cell.
+const HALF_DIAGONAL: f64 = 0.043_3;
 
 impl SweptVolume {
     /// `bodies_at` replaces the contents of a list by the bodies at a time.
@@ -38,7 +45,32 @@ impl SweptVolume {
                 }
             }
         }
-        Self { grid, swept }
+        Self { looks: vec![0; grid.len()], grid, swept }
+    }
+
+    /// Notes which cells a frame looks through: those within range on whose ray the sensor has a reading, and
+    /// the exact surface lies behind the cell.
+    pub(super) fn look(
+        &mut self,
+        frame: &SimulatedFrame,
+        camera_from_scene: &Pose,
+        range: RangeInclusive<f64>,
+    ) {
+        let camera = frame.frame.camera();
+        for cell in (0..self.swept.len()).filter(|&cell| self.swept[cell]) {
+            let center = self.grid.center(cell).to_array().map(f64::from);
+            let place = camera_from_scene.transform_point(center);
+            let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { continue };
+            let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
+            let is_read = frame.frame.depth().at(u, v) > 0.0;
+            let goes_on = f64::from(frame.true_depth.at(u, v)) > place[2] + HALF_DIAGONAL;
+            self.looks[cell] += u32::from(is_read && goes_on && range.contains(&place[2]));
+        }
+    }
+
+    /// Whether at least this many frames looked through the cell of a point.
+    pub(super) fn is_looked_through(&self, point: Point, least: u32) -> bool {
+        self.grid.cell(point.into()).is_some_and(|cell| self.looks[cell] >= least)
     }
 
     pub(super) fn contains(&self, point: Point) -> bool {

@@ -1,6 +1,6 @@
 //! Events: things that move without a mover's label are in the masks and the swept volume, and the truth is
 //! the scene as it stands at the end.
-use dymlm_core::{Mask, PinholeCamera};
+use dymlm_core::{Mask, PinholeCamera, Point};
 use dymlm_metrics::SpaceTruth;
 use dymlm_sim::{
     Activity, DetectorConfig, SceneEvent, SensorConfig, Sequence, SequenceConfig, SimulatedFrame, Truth,
@@ -94,6 +94,29 @@ fn the_truth_is_what_stands_at_the_end_and_traces_are_where_things_were() {
             assert!(visible.iter().all(|&point| truth.surface_distance(point) < 1e-3));
         }
     }
+}
+
+#[test]
+fn of_a_place_that_nobody_looked_through_again_the_truth_says_so() {
+    let sequence = Sequence::new(&with_events(&[SceneEvent::RemovedPartition], false)).unwrap();
+    let change = sequence.changes().remove(0);
+    let place = change.before.unwrap();
+    // In the middle of the panel.
+    let [wide, _, high] = place.lengths();
+    let inside = (0..100).map(|k| {
+        let point = [(f64::from(k % 10) / 10.0 - 0.45) * wide, 0.0, (f64::from(k / 10) / 10.0 - 0.45) * high];
+        place.world_from_box().transform_point(point).map(|c| c as f32)
+    });
+    let inside: Vec<Point> = inside.collect();
+    let looked_through = |frames: &mut dyn Iterator<Item = SimulatedFrame>| {
+        let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
+        frames.for_each(|frame| truth.observe(&frame));
+        inside.iter().filter(|&&point| truth.was_looked_through(point)).count()
+    };
+    let is_after = |frame: &SimulatedFrame| frame.frame.timestamp() >= change.times[1];
+    let before = looked_through(&mut sequence.frames().filter(|frame| !is_after(frame)));
+    let all = looked_through(&mut sequence.frames());
+    assert!(before < 5 && all > 30, "{before} and {all} of 100");
 }
 
 #[test]
