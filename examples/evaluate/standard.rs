@@ -90,11 +90,11 @@ impl Standard {
             scores.set("cloud.wall_thickness", score.thickness.median);
             scores.set("cloud.wall_thickness_p95", score.thickness.p95);
         }
-        if self.has_undetected {
-            if let Some(score) = score_cloud(cloud, &Undetected(&self.truth)) {
-                scores.set("cloud.undetected_residue", score.residue);
-                scores.set("cloud.seen_residue", score.residue - score.unseen_residue);
-            }
+        if self.has_undetected
+            && let Some(score) = score_cloud(cloud, &Undetected(&self.truth))
+        {
+            scores.set("cloud.undetected_residue", score.residue);
+            scores.set("cloud.seen_residue", score.residue - score.unseen_residue);
         }
         let score = self.dynamic_map.score(cloud.points());
         scores.set("cloud.static_accuracy", score.static_accuracy);
