@@ -89,7 +89,9 @@ fn a_corridor_is_in_cloud_and_octree() {
         asked.point_cloud(Selection::Static).points().iter().all(|point| is_near(points, point))
     };
     assert!(all_near(fused, &readings) && all_near(cloud, &layer));
-    assert!(fused.len() > 55_000 && fused.len() <= cloud.len(), "{} of {}", fused.len(), cloud.len());
+    // Thinning leaves what lies on a surface, so the layer may have more points than the cloud that is not fused.
+    let held = cloud.held_voxels();
+    assert!(fused.len() > 55_000 && fused.len() <= held, "{} of {held}", fused.len());
 }
 
 #[test]
