@@ -63,8 +63,8 @@ impl PageFile {
 }
 
 impl Extent {
-    /// Reads one of the blocks, which takes `length` bytes from `from` on. A block that cannot be read is empty, and [`PageFile::failure`] gives the
-    /// reason from then on.
+    /// Reads one of the blocks, which takes `length` bytes from `from` on. A block that cannot be read is empty, and
+    /// [`PageFile::failure`] gives the reason from then on.
     pub fn read<B: Record + Default>(&self, from: u32, length: u32) -> B {
         let bytes = self.file.file.read(self.offset + u64::from(from), length as usize);
         let block = bytes.and_then(|bytes| {
