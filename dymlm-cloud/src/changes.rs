@@ -95,22 +95,14 @@ impl Changes {
                 if !change.effect.is_any() || !looks_around(slot) {
                     continue;
                 }
-                let index = *indices.entry(slot as u64).or_insert_with(|| {
-                    touched.push(Touched::untouched(slot));
-                    touched.len() as u32 - 1
-                });
-                let neighbor = &mut touched[index as usize];
+                let neighbor = Touched::at(slot, &mut touched, &mut indices);
                 neighbor.effect = neighbor.effect.join(change.effect);
                 neighbor.around[NEIGHBORS - 1 - place] = change.slot as u32 + 1;
             }
         }
         let resurfaced = |refit: &&Refit| refit.resurfaced != CellBits::default() && looks_around(refit.slot);
         for refit in refits.iter().filter(resurfaced) {
-            let index = *indices.entry(refit.slot as u64).or_insert_with(|| {
-                touched.push(Touched::untouched(refit.slot));
-                touched.len() as u32 - 1
-            });
-            touched[index as usize].resurfaced = refit.resurfaced;
+            Touched::at(refit.slot, &mut touched, &mut indices).resurfaced = refit.resurfaced;
         }
         touched
     }
@@ -119,6 +111,16 @@ impl Changes {
 impl Touched {
     fn untouched(slot: usize) -> Self {
         Self { slot, effect: Effect::default(), resurfaced: CellBits::default(), around: [0; NEIGHBORS] }
+    }
+
+    /// The block at a slot among those that are `touched`, added when it is not one of them; `indices`: where they
+    /// are, by slot.
+    fn at<'a>(slot: usize, touched: &'a mut Vec<Self>, indices: &mut SlotMap) -> &'a mut Self {
+        let index = *indices.entry(slot as u64).or_insert_with(|| {
+            touched.push(Self::untouched(slot));
+            touched.len() as u32 - 1
+        });
+        &mut touched[index as usize]
     }
 
     /// The blocks around that are known: the steps to them, and their slots.

@@ -2,6 +2,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix3x6, Vector3};
 
 use crate::Error;
 use crate::lie::skew;
+use crate::track::Track;
 
 /// Where a key frame has seen a landmark, such as the centre of an object, in the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,14 +13,6 @@ pub struct LandmarkView {
     pub place: [f64; 3],
     /// Covariance of that place, square metres: large along a direction in which the view says little.
     pub covariance: [[f64; 3]; 3],
-}
-
-/// The views of one landmark.
-#[derive(Debug, Clone)]
-pub(crate) struct LandmarkTrack {
-    /// Number of the landmark among those that were added.
-    pub(crate) number: usize,
-    pub(crate) views: Vec<LandmarkFactor>,
 }
 
 /// A view, prepared for the solver.
@@ -87,7 +80,7 @@ fn in_camera(pose: &Isometry3<f64>, place: &Vector3<f64>) -> Vector3<f64> {
     pose.rotation.inverse() * (place - pose.translation.vector)
 }
 
-impl LandmarkTrack {
+impl Track<LandmarkFactor> {
     /// The place of least cost at these poses: the mean of the views, weighted with their information. So the
     /// poses alone decide the cost. Views count by their weights; when all weights are 0 the landmark adds
     /// nothing to the cost, and any place will do.
@@ -164,7 +157,7 @@ mod tests {
         for _ in 0..20 {
             let poses = [0; 3].map(|_| random_pose(&mut random));
             let view = |pose| LandmarkFactor::new(&random_view(&mut random, pose), 3).unwrap();
-            let track = LandmarkTrack { number: 0, views: (0..3).map(view).collect() };
+            let track = Track { number: 0, views: (0..3).map(view).collect() };
             let weights = [1.0, 0.3, 0.7];
             let cost = |place: &Vector3<f64>| -> f64 {
                 let views = track.views.iter().zip(weights);

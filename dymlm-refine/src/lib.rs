@@ -18,6 +18,7 @@ mod pose_conversion;
 mod pose_graph;
 mod relative_pose;
 mod solver_config;
+mod track;
 
 pub use error::Error;
 pub use landmark_view::LandmarkView;

@@ -3,6 +3,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix3x2, Matrix4, Matrix4x3, Matrix4x6, Vec
 
 use crate::Error;
 use crate::lie::skew;
+use crate::track::Track;
 
 /// What a key frame has seen of a plane: the moments of its inliers, in the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,14 +17,6 @@ pub struct PlaneView {
     pub centroid: [f64; 3],
     /// Covariance of the inliers, square metres, as xx, xy, xz, yy, yz, zz.
     pub covariance: [f64; 6],
-}
-
-/// The views of one plane.
-#[derive(Debug, Clone)]
-pub(crate) struct PlaneTrack {
-    /// Number of the plane among those that were added.
-    pub(crate) number: usize,
-    pub(crate) views: Vec<PlaneFactor>,
 }
 
 /// A view, prepared for the solver.
@@ -106,7 +99,7 @@ impl PlaneFactor {
     }
 }
 
-impl PlaneTrack {
+impl Track<PlaneFactor> {
     /// The plane of least cost at these poses: the eigenvector of the least eigenvalue of all moments
     /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So the poses alone decide the cost.
     /// Views count by their weights; when all weights are 0 the plane adds nothing to the cost, and any will
@@ -182,7 +175,7 @@ mod tests {
             let view = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
             let pose = random_pose(&mut random);
             let other = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
-            let plane = PlaneTrack { number: 0, views: vec![other] };
+            let plane = Track { number: 0, views: vec![other] };
             let plane = plane.best(&[random_pose(&mut random)], &[1.0]).unwrap();
             let (_, by_pose, by_plane) = view.linearized(&pose, &plane);
             for k in 0..6 {
@@ -211,7 +204,7 @@ mod tests {
             let poses = [0; 3].map(|_| random_pose(&mut random));
             let views: Vec<_> =
                 (0..3).map(|pose| PlaneFactor::new(&random_view(&mut random, pose), 3).unwrap()).collect();
-            let track = PlaneTrack { number: 0, views };
+            let track = Track { number: 0, views };
             let cost = |plane: &WorldPlane| -> f64 {
                 track.views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared()).sum()
             };

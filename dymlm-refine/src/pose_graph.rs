@@ -3,11 +3,12 @@ use nalgebra::{Isometry3, SMatrix, SVector};
 
 use crate::descent::{Descent, Structure, Weights, pose_block};
 use crate::graduation::Graduation;
-use crate::landmark_view::{LandmarkFactor, LandmarkTrack};
+use crate::landmark_view::LandmarkFactor;
 use crate::normal_equations::NormalEquations;
-use crate::plane_view::{PlaneFactor, PlaneTrack};
+use crate::plane_view::PlaneFactor;
 use crate::pose_conversion::{isometry, pose};
 use crate::relative_pose::RelativeFactor;
+use crate::track::Tracks;
 use crate::{Error, LandmarkView, PlaneView, RelativePose, SolverConfig};
 
 /// Poses, and what is known about them: relative poses, and planes and landmarks that were seen from them.
@@ -38,14 +39,8 @@ use crate::{Error, LandmarkView, PlaneView, RelativePose, SolverConfig};
 pub struct PoseGraph {
     pub(crate) poses: Vec<Isometry3<f64>>,
     pub(crate) relatives: Vec<RelativeFactor>,
-    /// The planes that more than one pose has seen.
-    planes: Vec<PlaneTrack>,
-    /// Number of planes that were added.
-    plane_count: usize,
-    /// The landmarks that more than one pose has seen.
-    landmarks: Vec<LandmarkTrack>,
-    /// Number of landmarks that were added.
-    landmark_count: usize,
+    planes: Tracks<PlaneFactor>,
+    landmarks: Tracks<LandmarkFactor>,
     /// Indices of the relative poses that may be wrong.
     closures: Vec<usize>,
 }
@@ -79,10 +74,8 @@ impl PoseGraph {
         Self {
             poses,
             relatives: Vec::new(),
-            planes: Vec::new(),
-            plane_count: 0,
-            landmarks: Vec::new(),
-            landmark_count: 0,
+            planes: Tracks::default(),
+            landmarks: Tracks::default(),
             closures: Vec::new(),
         }
     }
@@ -107,11 +100,7 @@ impl PoseGraph {
     pub fn add_plane(&mut self, views: &[PlaneView]) -> Result<(), Error> {
         let views: Result<Vec<_>, _> =
             views.iter().map(|view| PlaneFactor::new(view, self.poses.len())).collect();
-        let track = PlaneTrack { number: self.plane_count, views: views? };
-        self.plane_count += 1;
-        if are_several(track.views.iter().map(|view| view.pose)) {
-            self.planes.push(track);
-        }
+        self.planes.add(views?, |view| view.pose);
         Ok(())
     }
 
@@ -126,11 +115,7 @@ impl PoseGraph {
     pub fn add_landmark(&mut self, views: &[LandmarkView]) -> Result<(), Error> {
         let views: Result<Vec<_>, _> =
             views.iter().map(|view| LandmarkFactor::new(view, self.poses.len())).collect();
-        let track = LandmarkTrack { number: self.landmark_count, views: views? };
-        self.landmark_count += 1;
-        if are_several(track.views.iter().map(|view| view.pose)) {
-            self.landmarks.push(track);
-        }
+        self.landmarks.add(views?, |view| view.pose);
         Ok(())
     }
 
@@ -399,11 +384,6 @@ fn add_view<const R: usize>(
         equations.add([block; 2], &(by_pose.transpose() * by_pose));
         equations.add([own, block], &(by_thing.transpose() * by_pose));
     }
-}
-
-/// Whether views are from more than one pose.
-fn are_several(mut poses: impl Iterator<Item = usize>) -> bool {
-    poses.next().is_some_and(|first| poses.any(|pose| pose != first))
 }
 
 /// Sets the weights of the views of a thing to 0 that a solution has left out.

@@ -215,12 +215,8 @@ fn middle(cell: Cell) -> [f64; 3] {
 
 /// Whether the ray through a cell's middle goes on behind the cell to something that the sensor reads.
 fn looks_through(cell: Cell, frame: &SimulatedFrame) -> bool {
-    let camera = frame.frame.camera();
     let place = frame.world_from_camera.inverse().transform_point(middle(cell));
-    let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { return false };
-    let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
-    let goes_on = f64::from(frame.true_depth.at(u, v)) > place[2] + HALF_DIAGONAL;
-    frame.frame.depth().at(u, v) > 0.0 && goes_on && (0.5..4.0).contains(&place[2])
+    frame.looks_through(place, &(0.5..4.0), HALF_DIAGONAL)
 }
 
 /// The cells with points in a box, without its lowest part.

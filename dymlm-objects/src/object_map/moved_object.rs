@@ -6,8 +6,8 @@ use super::{BoxMotion, MapObject};
 
 impl MapObject {
     /// Moves the object: its box, its points, and its views, as if they had been taken of it at the new
-    /// place. Its supporting plane, its sightings and its last boxes in the image
-    /// are forgotten.
+    /// place. Its supporting plane, its sightings and its last boxes in the image are
+    /// forgotten.
     pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
         self.oriented_box = self.oriented_box.transformed(new_from_old);
         self.cloud = Arc::new(self.cloud.moved(new_from_old));

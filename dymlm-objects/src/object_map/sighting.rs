@@ -19,9 +19,7 @@ pub struct ObjectSighting {
     pub world_from_camera: Pose,
     /// Unit vector to the middle of the outline, in the camera's frame.
     pub direction: [f64; 3],
-    /// How wide and how high the outline is, seen from 1 m: metres per metre of distance.
-    pub extent: [f64; 2],
-    /// Unit vectors, in the camera's frame, along which width and height are measured: nearly to the right
+    /// Unit vectors, in the camera's frame, along which the outline has its two ends each: nearly to the right
     /// and down in the image, at right angles to the line of sight.
     pub across: [[f64; 3]; 2],
     /// Distance of the nearest point along the direction, metres.
@@ -56,7 +54,6 @@ impl ObjectSighting {
             timestamp,
             world_from_camera: *world_from_camera,
             direction: unit(along(along(toward, u, right), v, down))?,
-            extent: [0, 1].map(|axis| high[axis] - low[axis]),
             across: [right, down],
             nearest,
             completeness: observation.completeness,
@@ -82,7 +79,7 @@ impl ObjectSighting {
         let vectors = self.across.iter().chain([&self.direction]);
         vectors.flatten().all(|c| c.abs() <= 1.01)
             && self.timestamp.is_finite()
-            && self.extent.iter().chain([&self.nearest]).all(|length| (0.0..1e6).contains(length))
+            && (0.0..1e6).contains(&self.nearest)
     }
 }
 

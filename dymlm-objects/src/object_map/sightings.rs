@@ -1,16 +1,13 @@
 use dymlm_core::vector3::{Vector3, difference, dot, unit};
 
 use super::ObjectSighting;
+use super::view_weight::VIEW_COSINE;
 
-/// Cosine of the angle at the object from which on views show other sides: 15 degrees, as for
-/// [`ViewWeight`](super::ViewWeight). With a larger angle, sides with other errors count as one; with a smaller
-/// one, errors that are alike count as several.
-const SIDE_COSINE: f64 = 0.966;
 /// Seconds after which a side that is still in view is sighted anew, at first: outlines of one side err
 /// alike, and the drift of poses in less time is below that error.
 const FIRST_INTERVAL: f64 = 3.0;
 /// Most sightings kept of a side. With fewer, poses between them are held by fewer objects; more are memory:
-/// 8 of them are 1.4 kB.
+/// 8 of them are 1.2 kB.
 const MOST_OF_A_SIDE: usize = 8;
 
 /// A bounded selection of what was seen of an object: of each side a few sightings, spread evenly over the
@@ -53,7 +50,7 @@ impl Sightings {
         }
         let toward_camera = difference(sighting.world_from_camera.translation(), center);
         let Some(direction) = unit(toward_camera) else { return };
-        match self.sides.iter_mut().find(|side| dot(side.direction, direction) >= SIDE_COSINE) {
+        match self.side(direction) {
             Some(side) => side.add(sighting),
             None => self.sides.push(Side::new(direction, sighting)),
         }
@@ -62,11 +59,16 @@ impl Sightings {
     /// Adds the sightings of a merged object.
     pub(crate) fn merge(&mut self, other: &Self) {
         for new in &other.sides {
-            match self.sides.iter_mut().find(|side| dot(side.direction, new.direction) >= SIDE_COSINE) {
+            match self.side(new.direction) {
                 Some(side) => side.merge(new),
                 None => self.sides.push(new.clone()),
             }
         }
+    }
+
+    /// The side that shows to a camera in this direction, a unit vector of the world.
+    fn side(&mut self, direction: Vector3) -> Option<&mut Side> {
+        self.sides.iter_mut().find(|side| dot(side.direction, direction) >= VIEW_COSINE)
     }
 
     pub(crate) fn clear(&mut self) {
@@ -152,7 +154,6 @@ mod tests {
             timestamp,
             world_from_camera: Pose::new([2.0 * cos, 2.0 * sin, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap(),
             direction: [0.0, 0.0, 1.0],
-            extent: [0.2, 0.3],
             across: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             nearest,
             completeness: Completeness::default(),

@@ -21,7 +21,7 @@ pub(crate) const FULL: u32 = 1024;
 const ENOUGH: u32 = 20;
 /// Cosine of the angle at the object from which on views differ: 15 degrees, about as much as it takes to see
 /// other sides.
-const VIEW_COSINE: f64 = 0.966;
+pub(super) const VIEW_COSINE: f64 = 0.966;
 
 impl ViewWeight {
     /// Whether its numbers are plausible; a damaged file may hold others.

@@ -1,3 +1,5 @@
+use std::ops::RangeBounds;
+
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, Mask, Pose};
 use dymlm_geometry::OrientedBox;
 
@@ -31,6 +33,18 @@ pub struct SimulatedFrame {
     /// Index of the part that each pixel shows; the static parts come first, and any higher index is a moving
     /// part or nothing.
     pub(crate) parts: Vec<u16>,
+}
+
+impl SimulatedFrame {
+    /// Whether the frame looks through a place that is within range, camera frame: the sensor has a reading on the
+    /// ray through it, and the exact surface lies farther behind it than `reach`, metres.
+    pub fn looks_through(&self, place: [f64; 3], range: &impl RangeBounds<f64>, reach: f64) -> bool {
+        let camera = self.frame.camera();
+        let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { return false };
+        let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
+        let goes_on = f64::from(self.true_depth.at(u, v)) > place[2] + reach;
+        self.frame.depth().at(u, v) > 0.0 && goes_on && range.contains(&place[2])
+    }
 }
 
 /// The exact pose and size of the thing that a hand carries.

@@ -144,7 +144,11 @@ impl Truth {
             self.objects.see(part, scene_from_camera.transform_point(in_camera), number);
             self.seen.see(frame.world_from_camera.transform_point(in_camera).map(|c| c as f32));
         }
-        self.swept.look(frame, &scene_from_camera.inverse(), self.config.min_depth..=self.config.max_depth);
+        self.swept.look(
+            frame,
+            &scene_from_camera.inverse(),
+            &(self.config.min_depth..=self.config.max_depth),
+        );
         let image_share = (camera.width() * camera.height()) as f64 / (640.0 * 480.0);
         self.objects.end_frame(MIN_OBJECT_PIXELS * image_share);
     }

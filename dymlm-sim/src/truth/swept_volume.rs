@@ -48,23 +48,17 @@ impl SweptVolume {
         Self { looks: vec![0; grid.len()], grid, swept }
     }
 
-    /// Notes which cells a frame looks through: those within range on whose ray the sensor has a reading, and
-    /// the exact surface lies behind the cell.
+    /// Notes which cells within range a frame looks through.
     pub(super) fn look(
         &mut self,
         frame: &SimulatedFrame,
         camera_from_scene: &Pose,
-        range: RangeInclusive<f64>,
+        range: &RangeInclusive<f64>,
     ) {
-        let camera = frame.frame.camera();
         for cell in (0..self.swept.len()).filter(|&cell| self.swept[cell]) {
             let center = self.grid.center(cell).to_array().map(f64::from);
             let place = camera_from_scene.transform_point(center);
-            let Some(pixel) = camera.project(place).filter(|&pixel| camera.sees(pixel)) else { continue };
-            let [u, v] = pixel.map(|c| c.round().max(0.0) as usize);
-            let is_read = frame.frame.depth().at(u, v) > 0.0;
-            let goes_on = f64::from(frame.true_depth.at(u, v)) > place[2] + HALF_DIAGONAL;
-            self.looks[cell] += u32::from(is_read && goes_on && range.contains(&place[2]));
+            self.looks[cell] += u32::from(frame.looks_through(place, range, HALF_DIAGONAL));
         }
     }
 
