@@ -3,6 +3,7 @@ use dymlm_core::{Plane, Pose};
 use dymlm_geometry::OrientedBox;
 
 use crate::object_map::{KeyView, KeyViews};
+use crate::parameterization::ALONG_VIEW;
 use crate::{Footprint, SideView, SizePrior};
 
 /// Extends a box where no camera has seen the object's end, to the usual size of things of its label: away
@@ -10,7 +11,7 @@ use crate::{Footprint, SideView, SizePrior};
 /// shortened, an `upright` box keeps its height, and no box grows through a wall in front of which it stands.
 ///
 /// A thing with an even footprint is assumed to be as deep as it is wide. For an oblong one the side that
-/// fits better is taken as its length. The foot of a plate reaches as far before it as behind.
+/// fits better is taken as its length.
 pub(super) fn complete(
     own: &OrientedBox,
     prior: &SizePrior,
@@ -18,43 +19,51 @@ pub(super) fn complete(
     upright: bool,
     walls: &[Plane],
 ) -> OrientedBox {
+    if upright && prior.footprint == Footprint::Plate {
+        return complete_plate(own, prior, views, walls);
+    }
     let Some(mean_view) = mean_view(own, views) else { return *own };
     let axes = axes_of(own);
     let lengths = own.lengths();
     let toward = |axis: usize| dot(axes[axis], mean_view).abs();
     let candidates = if upright { 2 } else { 3 };
-    // A plate's depth is its thin axis, from wherever it is seen; the depth of other things is the axis along
-    // the view.
-    let is_plate = upright && prior.footprint == Footprint::Plate;
-    let rank = |axis: usize| if is_plate { -lengths[axis] } else { toward(axis) };
-    let Some(depth) = (0..candidates).reduce(|a, b| if rank(b) > rank(a) { b } else { a }) else {
+    let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else {
         return *own;
     };
     let across = if upright { 1 - depth } else { longer_of_others(lengths, depth) };
 
-    let sides = [-1.0, 1.0].map(|side| side * if dot(axes[across], mean_view) < 0.0 { -1.0 } else { 1.0 });
-    let hidden = sides.map(|side| is_hidden(axes[across].map(|c| side * c), views));
+    let hidden = hidden_ends(own, across, views);
     let usual = usual_lengths(prior, lengths[across], lengths[depth], hidden.contains(&true));
+    let grown = widen(own, across, hidden, usual.across, walls);
+    let is_away = dot(axes[depth], mean_view) > 0.0;
+    widen(&grown, depth, [!is_away, is_away], usual.depth, walls)
+}
 
-    let mut grown = *own;
-    if hidden.contains(&true) {
-        let shares = [0, 1].map(|side| if hidden[side] { 1.0 } else { 0.0 });
-        grown = widen(&grown, across, sides, shares, usual.across, walls);
-    }
-    let away = if dot(axes[depth], mean_view) < 0.0 { -1.0 } else { 1.0 };
-    let shares = if prior.footprint == Footprint::Plate { [1.0, 1.0] } else { [0.0, 1.0] };
-    widen(&grown, depth, [-away, away], shares, usual.depth, walls)
+/// The same for an upright plate, a screen: its foot reaches as far before it as behind, and its length may be
+/// along the view.
+fn complete_plate(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, walls: &[Plane]) -> OrientedBox {
+    let lengths = own.lengths();
+    let hidden = [0, 1].map(|axis| hidden_ends(own, axis, views));
+    // What is hidden may be longer than it was measured.
+    let misfit = |axis: usize, usual: f64| {
+        let excess = (lengths[axis].max(1e-3) / usual).ln();
+        if hidden[axis].contains(&true) { excess.max(0.0) } else { excess.abs() }
+    };
+    let (length, width) = (prior.length.typical, prior.width.typical);
+    let longer = usize::from(lengths[1] > lengths[0]);
+    let is_longer_the_length = misfit(longer, length) + misfit(1 - longer, width)
+        <= misfit(1 - longer, length) + misfit(longer, width);
+    let along = if is_longer_the_length { longer } else { 1 - longer };
+    let grown = widen(own, along, hidden[along], length, walls);
+    widen(&grown, 1 - along, [true; 2], width, walls)
 }
 
 /// Extends an upright box down to the usual height when views do not show its lower end. For boxes without a
 /// known plane under them.
 pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
     let up = axes_of(own)[2];
-    if is_hidden(up.map(|c| -c), views) {
-        widen(own, 2, [-1.0, 1.0], [1.0, 0.0], prior.height.typical, &[])
-    } else {
-        *own
-    }
+    let is_foot_hidden = is_hidden(own, up.map(|c| -c), views);
+    widen(own, 2, [is_foot_hidden, false], prior.height.typical, &[])
 }
 
 struct UsualLengths {
@@ -84,27 +93,20 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
     }
 }
 
-/// Moves the ends of an axis outwards until it has a given `length`, each by its share of what is missing, or
-/// up to a wall; unchanged when nothing is missing.
-fn widen(
-    own: &OrientedBox,
-    axis: usize,
-    sides: [f64; 2],
-    shares: [f64; 2],
-    length: f64,
-    walls: &[Plane],
-) -> OrientedBox {
+/// Moves the chosen ends of an axis, the one of low coordinates first, outwards until it has a given `length`,
+/// each by its share of what is missing, or up to a wall; unchanged when nothing is missing or no end is chosen.
+fn widen(own: &OrientedBox, axis: usize, ends: [bool; 2], length: f64, walls: &[Plane]) -> OrientedBox {
     let mut lengths = own.lengths();
     let missing = length - lengths[axis];
-    let whole = shares[0] + shares[1];
-    if !(missing > 0.0 && whole > 0.0) {
+    let count = ends.iter().filter(|&&moves| moves).count();
+    if !(missing > 0.0 && count > 0) {
         return *own;
     }
-    let growth = [0, 1].map(|end| {
-        let wanted = missing * shares[end] / whole;
-        wanted.min(room_before(own, axis, sides[end], walls))
+    let growth = [(ends[0], -1.0), (ends[1], 1.0)].map(|(moves, side)| {
+        let wanted = if moves { missing / count as f64 } else { 0.0 };
+        wanted.min(room_before(own, axis, side, walls))
     });
-    let shift = 0.5 * (sides[0] * growth[0] + sides[1] * growth[1]);
+    let shift = 0.5 * (growth[1] - growth[0]);
     let center = along(own.center(), shift, axes_of(own)[axis]);
     lengths[axis] += growth[0] + growth[1];
     let pose = Pose::new(center, own.world_from_box().quaternion()).ok();
@@ -128,19 +130,29 @@ fn room_before(own: &OrientedBox, axis: usize, side: f64, walls: &[Plane]) -> f6
     rooms.filter(|&room| room > 0.0).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether something occludes the object's end in a direction (world) in most of the views that show this end
-/// sideways.
-fn is_hidden(direction: Vector3, views: &KeyViews) -> bool {
-    let sides = views.iter().filter_map(|view| side_toward(direction, view));
-    let (hidden, all) =
-        sides.fold((0, 0), |(hidden, all), side| (hidden + u32::from(side != SideView::Whole), all + 1));
-    all > 0 && 2 * hidden >= all
+/// Whether the views hide the ends of an axis, the one of low coordinates first.
+fn hidden_ends(own: &OrientedBox, axis: usize, views: &KeyViews) -> [bool; 2] {
+    let direction = axes_of(own)[axis];
+    [-1.0, 1.0].map(|side| is_hidden(own, direction.map(|c| side * c), views))
 }
 
-/// What cuts the view off on the side of the image to which a direction points; `None` when it points mostly
-/// along the view.
-fn side_toward(direction: Vector3, view: &KeyView) -> Option<SideView> {
-    view.completeness.toward(view.world_from_camera.inverse().rotate(direction))
+/// Whether most of the views do not show the object's end in a direction (world): something occludes it, or it
+/// is the far end of a thing seen along that direction, a screen seen from its edge.
+fn is_hidden(own: &OrientedBox, direction: Vector3, views: &KeyViews) -> bool {
+    let hides = |view: &KeyView| {
+        let ray = unit(difference(own.center(), view.world_from_camera.translation()))?;
+        let away = dot(direction, ray);
+        if away.abs() > ALONG_VIEW {
+            return Some(away > 0.0);
+        }
+        let side = view.completeness.toward(view.world_from_camera.inverse().rotate(direction))?;
+        Some(side != SideView::Whole)
+    };
+    let (hidden, all) = views
+        .iter()
+        .filter_map(hides)
+        .fold((0, 0), |(hidden, all), is_hidden| (hidden + u32::from(is_hidden), all + 1));
+    all > 0 && 2 * hidden >= all
 }
 
 /// Mean direction from the cameras of the views to a box.
@@ -216,6 +228,27 @@ mod tests {
         let completed = complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), true, &[]);
         assert_eq!(completed.lengths(), [0.54, 0.18, 0.45]);
         assert_eq!(completed.center(), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_screen_seen_from_its_edge_reaches_away_from_the_camera() {
+        let priors = SizePriors::default();
+        let tv = priors.of("tv").unwrap();
+        let completed = complete(&box_of([0.05, 0.03, 0.45]), tv, &views(Completeness::default()), true, &[]);
+        assert!((completed.lengths()[1] - 0.56).abs() < 1e-12, "{:?}", completed.lengths());
+        assert!((completed.lengths()[0] - 0.18).abs() < 1e-12);
+        // The edge that was seen stays where it is.
+        assert!((completed.center()[1] - 0.28 + 0.015).abs() < 1e-12 && completed.center()[0].abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_screen_of_which_a_strip_is_seen_reaches_behind_what_hides_it() {
+        let priors = SizePriors::default();
+        let tv = priors.of("tv").unwrap();
+        let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
+        let completed = complete(&box_of([0.15, 0.04, 0.45]), tv, &hidden, true, &[]);
+        assert_eq!(completed.lengths(), [0.56, 0.18, 0.45]);
+        assert!((completed.center()[0] - 0.205).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
     }
 
     #[test]

@@ -11,10 +11,10 @@ use crate::UprightPose;
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct BoxFitterConfig {
-    /// Whether to choose, among the rectangles that are nearly as small as the smallest, the one along whose
-    /// sides the points lie. Default false, as in the paper; the objects of the map are fitted with true,
-    /// because a thing seen at a corner leaves an L-shaped footprint, around which the rectangle on the long
-    /// side and the one on the diagonal have the same area.
+    /// Whether an upright box is turned so that the lines of its footprint run along its sides, instead of to
+    /// the smallest rectangle. Default false, as in the paper; the objects of the map are fitted with true:
+    /// around an L, a thing seen at a corner, the rectangle on the long side and the one on the diagonal have
+    /// the same area, and the smallest around a screen and its foot is turned against the screen.
     pub along_edges: bool,
     /// Share of the points that is left out at each end of each axis, 0..=0.2. Default 0: the extent of all
     /// points, as in the paper.
@@ -99,7 +99,7 @@ pub enum BoxAxes {
     Vertical,
     /// The vertical, and the footprint's minimum-area rectangle.
     VerticalRectangle,
-    /// The vertical, and the small rectangle along whose sides most of the footprint's points lie.
+    /// The vertical, and the direction of the footprint's straight lines.
     VerticalEdges,
 }
 
@@ -157,15 +157,10 @@ impl BoxFitter {
             Some(vertical) => (self.upright(points, &principal, vertical), true),
             None => (principal.axes, false),
         };
-        let (frame, is_corrected) = self.corrected(points, principal.centroid, frame);
-        let (frame, is_aligned) =
-            if is_upright { self.aligned(points, principal.centroid, frame) } else { (frame, false) };
-        let axes = match (is_upright, is_corrected, is_aligned) {
-            (false, false, _) => BoxAxes::Principal,
-            (false, true, _) => BoxAxes::Rectangle,
-            (true, _, true) => BoxAxes::VerticalEdges,
-            (true, false, false) => BoxAxes::Vertical,
-            (true, true, false) => BoxAxes::VerticalRectangle,
+        let (frame, axes) = if is_upright && self.config.along_edges {
+            self.aligned(points, principal.centroid, frame)
+        } else {
+            self.corrected(points, principal.centroid, frame, is_upright)
         };
         let oriented_box = self.bounds(points, principal.centroid, frame)?;
         Some(BoxFit { oriented_box, axes })
@@ -189,7 +184,13 @@ impl BoxFitter {
 
     /// The axes rotated about the third to the minimum-area rectangle, if that makes the footprint markedly
     /// smaller.
-    fn corrected(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
+    fn corrected(
+        &mut self,
+        points: &[Point],
+        center: Vector3,
+        axes: [Vector3; 3],
+        is_upright: bool,
+    ) -> ([Vector3; 3], BoxAxes) {
         let [long, wide, up] = axes;
         self.lay_footprint(points, center, long, wide);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -202,23 +203,19 @@ impl BoxFitter {
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         match minimum_area_rectangle_with(&self.footprint, &mut self.rectangle) {
             Some(rectangle) if rectangle.area() < RECTANGLE_GAIN * area => {
-                (turned([long, wide, up], rectangle.axis), true)
+                let axes = turned([long, wide, up], rectangle.axis);
+                (axes, if is_upright { BoxAxes::VerticalRectangle } else { BoxAxes::Rectangle })
             }
-            _ => (axes, false),
+            _ => (axes, if is_upright { BoxAxes::Vertical } else { BoxAxes::Principal }),
         }
     }
 
-    /// The axes rotated about the third so that most points lie along a side of the footprint's rectangle.
-    fn aligned(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], bool) {
-        if !self.config.along_edges {
-            return (axes, false);
-        }
+    /// The axes rotated about the third so that the footprint's lines run along them.
+    fn aligned(&mut self, points: &[Point], center: Vector3, axes: [Vector3; 3]) -> ([Vector3; 3], BoxAxes) {
         self.lay_footprint(points, center, axes[0], axes[1]);
-        // Twice the share that the box leaves out, because a few stray points must not turn it. With the same
-        // share, a distant screen of few views is lost.
-        match self.edges.find(&self.footprint, 2.0 * self.config.trim) {
-            Some(axis) => (turned(axes, axis), true),
-            None => (axes, false),
+        match self.edges.find(&self.footprint) {
+            Some(axis) => (turned(axes, axis), BoxAxes::VerticalEdges),
+            None => (axes, BoxAxes::Vertical),
         }
     }
 

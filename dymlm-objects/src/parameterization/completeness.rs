@@ -64,7 +64,7 @@ impl Completeness {
 }
 
 /// Cosine of a unit vector with the optical axis above which it points to no side of the image.
-const ALONG_VIEW: f64 = 0.8;
+pub(crate) const ALONG_VIEW: f64 = 0.8;
 
 /// What is needed to judge the sides of a window.
 pub(super) struct Surroundings<'a> {

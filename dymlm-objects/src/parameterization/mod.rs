@@ -12,6 +12,7 @@ mod parameterizer;
 mod vertical;
 
 pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
+pub(crate) use completeness::ALONG_VIEW;
 pub use completeness::{Completeness, SideView};
 pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
