@@ -3,6 +3,7 @@ use nalgebra::{Isometry3, Vector3, Vector6};
 use crate::lie::exp;
 use crate::normal_equations::NormalEquations;
 use crate::plane_view::WorldPlane;
+use crate::track::ViewWeights;
 use crate::{Error, PoseGraph, SolverConfig};
 
 /// Damping of the first step, and the factors by which it changes.
@@ -27,10 +28,9 @@ pub(crate) struct Descent<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Weights {
     pub(crate) relatives: Vec<f64>,
-    /// By plane and view.
-    pub(crate) views: Vec<Vec<f64>>,
-    /// By landmark and view.
-    pub(crate) landmark_views: Vec<Vec<f64>>,
+    /// Those of the planes.
+    pub(crate) views: ViewWeights,
+    pub(crate) landmark_views: ViewWeights,
 }
 
 /// What the poses have seen, in the world.
