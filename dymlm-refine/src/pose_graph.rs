@@ -147,7 +147,11 @@ impl PoseGraph {
         while let Some(doubtful) = graduation.next() {
             weights = self.weights(doubtful);
             descent.weigh(weights.clone())?;
-            descent.run();
+            if graduation.are_final() {
+                descent.run();
+            } else {
+                descent.step();
+            }
             graduation.look_at(self.doubtful_errors(&descent, config));
         }
         let poses: Option<Vec<Pose>> = descent.poses().iter().map(pose).collect();
