@@ -113,6 +113,8 @@ fn wrong_loop_closures_are_left_out() {
         let config = SolverConfig::default();
         let (all, right) = (all.optimize(&config).unwrap(), right.optimize(&config).unwrap());
         assert_eq!(all.left_out, wrong);
+        // While weights still change, a step a round is enough: 39 to 54 with a descent a round.
+        assert!(all.iterations < 30, "{}", all.iterations);
         assert!(
             error(&all.poses, &right.poses) < 1e-3 && (all.final_cost / right.final_cost - 1.0).abs() < 1e-3
         );
