@@ -91,8 +91,7 @@ impl<'a> Descent<'a> {
 
     /// Steps until the cost hardly decreases any more, or no more steps are allowed.
     pub(crate) fn run(&mut self) {
-        let end = self.iterations + self.config.max_iterations;
-        self.has_converged = self.graph.poses.len() < 2;
+        let end = self.begin_steps();
         while !self.has_converged && self.iterations < end {
             self.step_before(end);
         }
@@ -100,8 +99,15 @@ impl<'a> Descent<'a> {
 
     /// One step that lowers the cost: enough where the weights are about to change.
     pub(crate) fn step(&mut self) {
+        let end = self.begin_steps();
+        self.step_before(end);
+    }
+
+    /// With no more damping than for the first step; says how many iterations may have been at the end.
+    fn begin_steps(&mut self) -> usize {
         self.has_converged = self.graph.poses.len() < 2;
-        self.step_before(self.iterations + self.config.max_iterations);
+        self.damping = self.damping.min(FIRST_DAMPING);
+        self.iterations + self.config.max_iterations
     }
 
     /// Tries a step with more and more damping until it lowers the cost, or no more are allowed.
@@ -109,7 +115,6 @@ impl<'a> Descent<'a> {
         let Estimate { poses, structure, cost: before } = &self.estimate;
         let before = *before;
         self.graph.linearize(poses, structure, &self.weights, &mut self.equations);
-        self.damping = self.damping.clamp(LEAST_DAMPING, FIRST_DAMPING);
         let mut more = MORE_DAMPING;
         while !self.has_converged && self.iterations < end {
             self.iterations += 1;
@@ -121,7 +126,8 @@ impl<'a> Descent<'a> {
                 // the promise by which that was wrong. By a constant factor, a long chain of poses would wait
                 // for its bends, which the least damping holds, the longer the longer it is.
                 if gain > 0.25 * promised {
-                    self.damping *= (1.0 - gain / promised).abs().min(1.0 / MORE_DAMPING);
+                    let missed = (1.0 - gain / promised).abs();
+                    self.damping = (self.damping * missed.min(1.0 / MORE_DAMPING)).max(LEAST_DAMPING);
                 }
                 return;
             }
