@@ -141,12 +141,11 @@ impl Problem {
         let third =
             |poses: &[usize], thing: usize| poses.iter().copied().skip(thing % 3).step_by(3).collect();
         let (everywhere, floor) = ((0..self.poses).collect::<Vec<_>>(), self.is_real.then_some(4));
-        let add_plane =
-            |plane: usize, poses: Vec<usize>, random: &mut SplitMix64, graph: &mut PoseGraph| {
-                let views: Vec<PlaneView> =
-                    poses.into_iter().map(|index| self.view(plane, index, random)).collect();
-                assert!(graph.add_plane(&views).is_ok());
-            };
+        let add_plane = |plane: usize, poses: Vec<usize>, random: &mut SplitMix64, graph: &mut PoseGraph| {
+            let views: Vec<PlaneView> =
+                poses.into_iter().map(|index| self.view(plane, index, random)).collect();
+            assert!(graph.add_plane(&views).is_ok());
+        };
         if let Some(floor) = floor {
             add_plane(floor, third(&everywhere, floor), &mut random, &mut graph);
         }
