@@ -18,11 +18,13 @@ pub(crate) struct Front {
 }
 
 impl Front {
-    /// Sets the size, and all numbers to zero.
+    /// Sets the size, and all numbers of the lower triangle to zero.
     pub(crate) fn clear(&mut self, size: usize) {
         self.size = size;
-        self.values.clear();
         self.values.resize(size * size, 0.0);
+        for (above, column) in self.values.chunks_exact_mut(size.max(1)).enumerate() {
+            column[above..].fill(0.0);
+        }
     }
 
     /// A column from a row on.

@@ -26,12 +26,16 @@ impl Graduation {
     /// The weights of the next round; `None` when the last ones are final.
     pub(crate) fn next(&mut self) -> Option<&[f64]> {
         let weights: Vec<f64> = self.errors.iter().map(|&error| self.weight(error)).collect();
-        let is_decided = |weights: &[f64]| weights.iter().all(|weight| [0.0, 1.0].contains(weight));
-        if is_decided(&weights) && weights == self.weights || self.rounds == MOST_ROUNDS {
+        if self.are_final() && (weights == self.weights || self.rounds == MOST_ROUNDS) {
             return None;
         }
         (self.weights, self.rounds) = (weights, self.rounds + 1);
         Some(&self.weights)
+    }
+
+    /// Whether the weights may be the last: each factor is right or wrong. Others are about to change.
+    pub(crate) fn are_final(&self) -> bool {
+        self.rounds == MOST_ROUNDS || self.weights.iter().all(|weight| [0.0, 1.0].contains(weight))
     }
 
     /// Takes the errors after a round.

@@ -2,7 +2,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix3x6, Vector3};
 
 use crate::Error;
 use crate::lie::skew;
-use crate::track::Track;
+use crate::view::View;
 
 /// Where a key frame has seen a landmark, such as the centre of an object, in the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub struct LandmarkView {
 /// A view, prepared for the solver.
 #[derive(Debug, Clone)]
 pub(crate) struct LandmarkFactor {
-    pub(crate) pose: usize,
+    pose: usize,
     place: Vector3<f64>,
     /// The inverse covariance, and a root R of it: R^T R is the information.
     information: Matrix3<f64>,
@@ -55,14 +55,22 @@ impl LandmarkFactor {
             root: Matrix3::from_diagonal(&weights.map(f64::sqrt)) * axes.transpose(),
         })
     }
+}
+
+impl View<3> for LandmarkFactor {
+    /// Its place.
+    type Thing = Vector3<f64>;
+
+    fn pose(&self) -> usize {
+        self.pose
+    }
 
     /// The landmark's offset, in the camera's frame, from where it was seen, in standard deviations.
-    pub(crate) fn error(&self, pose: &Isometry3<f64>, place: &Vector3<f64>) -> Vector3<f64> {
+    fn error(&self, pose: &Isometry3<f64>, place: &Vector3<f64>) -> Vector3<f64> {
         self.root * (in_camera(pose, place) - self.place)
     }
 
-    /// The error, and its derivatives by the pose and by the landmark's place in the world.
-    pub(crate) fn linearized(
+    fn linearized(
         &self,
         pose: &Isometry3<f64>,
         place: &Vector3<f64>,
@@ -74,17 +82,9 @@ impl LandmarkFactor {
         let by_place = self.root * pose.rotation.to_rotation_matrix().matrix().transpose();
         (self.root * (seen - self.place), by_pose, by_place)
     }
-}
 
-fn in_camera(pose: &Isometry3<f64>, place: &Vector3<f64>) -> Vector3<f64> {
-    pose.rotation.inverse() * (place - pose.translation.vector)
-}
-
-impl Track<LandmarkFactor> {
-    /// The place of least cost at these poses: the mean of the views, weighted with their information. So the
-    /// poses alone decide the cost. Views count by their weights; when all weights are 0 the landmark adds
-    /// nothing to the cost, and any place will do.
-    pub(crate) fn best(&self, poses: &[Isometry3<f64>], weights: &[f64]) -> Option<Vector3<f64>> {
+    /// The mean of the views, weighted with their information.
+    fn best(views: &[Self], poses: &[Isometry3<f64>], weights: &[f64]) -> Option<Vector3<f64>> {
         let counts_all = weights.iter().all(|weight| *weight == 0.0);
         let (mut information, mut pull) = (Matrix3::zeros(), Vector3::zeros());
         let seen_at = |view: &LandmarkFactor| {
@@ -92,8 +92,8 @@ impl Track<LandmarkFactor> {
             pose.rotation * view.place + pose.translation.vector
         };
         // Relative to the first view, so that no digits are lost far from the origin.
-        let origin = self.views.first().map(seen_at)?;
-        for (view, weight) in self.views.iter().zip(weights) {
+        let origin = views.first().map(seen_at)?;
+        for (view, weight) in views.iter().zip(weights) {
             let rotation = *poses[view.pose].rotation.to_rotation_matrix().matrix();
             let own = rotation * view.information * rotation.transpose();
             let own = own * if counts_all { 1.0 } else { *weight };
@@ -102,6 +102,10 @@ impl Track<LandmarkFactor> {
         }
         Some(origin + information.cholesky()?.solve(&pull))
     }
+}
+
+fn in_camera(pose: &Isometry3<f64>, place: &Vector3<f64>) -> Vector3<f64> {
+    pose.rotation.inverse() * (place - pose.translation.vector)
 }
 
 #[cfg(test)]
@@ -157,17 +161,17 @@ mod tests {
         for _ in 0..20 {
             let poses = [0; 3].map(|_| random_pose(&mut random));
             let view = |pose| LandmarkFactor::new(&random_view(&mut random, pose), 3).unwrap();
-            let track = Track { number: 0, views: (0..3).map(view).collect() };
+            let seen: Vec<_> = (0..3).map(view).collect();
             let weights = [1.0, 0.3, 0.7];
             let cost = |place: &Vector3<f64>| -> f64 {
-                let views = track.views.iter().zip(weights);
+                let views = seen.iter().zip(weights);
                 views.map(|(v, weight)| weight * v.error(&poses[v.pose], place).norm_squared()).sum()
             };
-            let best = track.best(&poses, &weights).unwrap();
+            let best = LandmarkFactor::best(&seen, &poses, &weights).unwrap();
             for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
                 assert!(cost(&(best + axis * 1e-3)).min(cost(&(best - axis * 1e-3))) > cost(&best));
             }
-            assert!(track.best(&poses, &[0.0; 3]).is_some());
+            assert!(LandmarkFactor::best(&seen, &poses, &[0.0; 3]).is_some());
         }
     }
 

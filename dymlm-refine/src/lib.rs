@@ -19,6 +19,7 @@ mod pose_graph;
 mod relative_pose;
 mod solver_config;
 mod track;
+mod view;
 
 pub use error::Error;
 pub use landmark_view::LandmarkView;

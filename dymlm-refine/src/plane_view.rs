@@ -3,7 +3,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix3x2, Matrix4, Matrix4x3, Matrix4x6, Vec
 
 use crate::Error;
 use crate::lie::skew;
-use crate::track::Track;
+use crate::view::View;
 
 /// What a key frame has seen of a plane: the moments of its inliers, in the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ pub struct PlaneView {
 /// A view, prepared for the solver.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaneFactor {
-    pub(crate) pose: usize,
+    pose: usize,
     information: f64,
     centroid: Vector3<f64>,
     covariance: Matrix3<f64>,
@@ -66,10 +66,18 @@ impl PlaneFactor {
             spread: Matrix3::from_rows(&[axis(0).transpose(), axis(1).transpose(), axis(2).transpose()]),
         })
     }
+}
+
+impl View<4> for PlaneFactor {
+    type Thing = WorldPlane;
+
+    fn pose(&self) -> usize {
+        self.pose
+    }
 
     /// Distance of the centroid from the plane, and spreads of the inliers along the plane's normal, in
     /// standard deviations of the mean distance.
-    pub(crate) fn error(&self, pose: &Isometry3<f64>, plane: &WorldPlane) -> Vector4<f64> {
+    fn error(&self, pose: &Isometry3<f64>, plane: &WorldPlane) -> Vector4<f64> {
         let centroid = pose.rotation * self.centroid + pose.translation.vector;
         let normal = pose.rotation.inverse() * plane.normal;
         let spread = self.spread * normal;
@@ -77,8 +85,8 @@ impl PlaneFactor {
         Vector4::new(distance, spread.x, spread.y, spread.z) * self.information.sqrt()
     }
 
-    /// The error, and its derivatives by the pose and by the plane: two turns of its normal, its offset.
-    pub(crate) fn linearized(
+    /// The plane's unknowns: two turns of its normal, its offset.
+    fn linearized(
         &self,
         pose: &Isometry3<f64>,
         plane: &WorldPlane,
@@ -97,22 +105,18 @@ impl PlaneFactor {
         by_plane.fixed_view_mut::<3, 2>(1, 0).copy_from(&(self.spread * rotation.transpose() * plane.across));
         (self.error(pose, plane), by_pose * weight, by_plane * weight)
     }
-}
 
-impl Track<PlaneFactor> {
-    /// The plane of least cost at these poses: the eigenvector of the least eigenvalue of all moments
-    /// (Ferrer, "Eigen-Factors", 2019; Liu and Zhang, "BALM 2", 2022). So the poses alone decide the cost.
-    /// Views count by their weights; when all weights are 0 the plane adds nothing to the cost, and any will
-    /// do.
-    pub(crate) fn best(&self, poses: &[Isometry3<f64>], weights: &[f64]) -> Option<WorldPlane> {
+    /// The eigenvector of the least eigenvalue of all moments (Ferrer, "Eigen-Factors", 2019; Liu and Zhang,
+    /// "BALM 2", 2022).
+    fn best(views: &[Self], poses: &[Isometry3<f64>], weights: &[f64]) -> Option<WorldPlane> {
         let counts_all = weights.iter().all(|weight| *weight == 0.0);
         let mut moments = Matrix4::zeros();
         // Relative to the first centroid, so that no digits are lost far from the origin.
-        let origin = self.views.first().map(|view| {
+        let origin = views.first().map(|view| {
             let pose = &poses[view.pose];
             pose.rotation * view.centroid + pose.translation.vector
         })?;
-        for (view, weight) in self.views.iter().zip(weights) {
+        for (view, weight) in views.iter().zip(weights) {
             let pose = &poses[view.pose];
             let rotation = *pose.rotation.to_rotation_matrix().matrix();
             let centroid = rotation * view.centroid + pose.translation.vector - origin;
@@ -175,8 +179,7 @@ mod tests {
             let view = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
             let pose = random_pose(&mut random);
             let other = PlaneFactor::new(&random_view(&mut random, 0), 1).unwrap();
-            let plane = Track { number: 0, views: vec![other] };
-            let plane = plane.best(&[random_pose(&mut random)], &[1.0]).unwrap();
+            let plane = PlaneFactor::best(&[other], &[random_pose(&mut random)], &[1.0]).unwrap();
             let (_, by_pose, by_plane) = view.linearized(&pose, &plane);
             for k in 0..6 {
                 let mut small = Vector6::zeros();
@@ -204,11 +207,10 @@ mod tests {
             let poses = [0; 3].map(|_| random_pose(&mut random));
             let views: Vec<_> =
                 (0..3).map(|pose| PlaneFactor::new(&random_view(&mut random, pose), 3).unwrap()).collect();
-            let track = Track { number: 0, views };
             let cost = |plane: &WorldPlane| -> f64 {
-                track.views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared()).sum()
+                views.iter().map(|view| view.error(&poses[view.pose], plane).norm_squared()).sum()
             };
-            let best = track.best(&poses, &[1.0; 3]).unwrap();
+            let best = PlaneFactor::best(&views, &poses, &[1.0; 3]).unwrap();
             for k in 0..3 {
                 for by in [1e-3, -1e-3] {
                     let mut small = [0.0; 3];

@@ -1,5 +1,5 @@
 use dymlm_core::Pose;
-use nalgebra::{Isometry3, SMatrix, SVector};
+use nalgebra::Isometry3;
 
 use crate::descent::{Descent, Structure, Weights, pose_block};
 use crate::graduation::Graduation;
@@ -100,7 +100,7 @@ impl PoseGraph {
     pub fn add_plane(&mut self, views: &[PlaneView]) -> Result<(), Error> {
         let views: Result<Vec<_>, _> =
             views.iter().map(|view| PlaneFactor::new(view, self.poses.len())).collect();
-        self.planes.add(views?, |view| view.pose);
+        self.planes.add(views?);
         Ok(())
     }
 
@@ -115,7 +115,7 @@ impl PoseGraph {
     pub fn add_landmark(&mut self, views: &[LandmarkView]) -> Result<(), Error> {
         let views: Result<Vec<_>, _> =
             views.iter().map(|view| LandmarkFactor::new(view, self.poses.len())).collect();
-        self.landmarks.add(views?, |view| view.pose);
+        self.landmarks.add(views?);
         Ok(())
     }
 
@@ -147,7 +147,11 @@ impl PoseGraph {
         while let Some(doubtful) = graduation.next() {
             weights = self.weights(doubtful);
             descent.weigh(weights.clone())?;
-            descent.run();
+            if graduation.are_final() {
+                descent.run();
+            } else {
+                descent.step();
+            }
             graduation.look_at(self.doubtful_errors(&descent, config));
         }
         let poses: Option<Vec<Pose>> = descent.poses().iter().map(pose).collect();
@@ -158,8 +162,8 @@ impl PoseGraph {
             iterations: descent.iterations(),
             has_converged: descent.has_converged(),
             left_out: self.closures_left_out(&weights),
-            views_left_out: self.views_left_out(&weights),
-            landmark_views_left_out: self.landmark_views_left_out(&weights),
+            views_left_out: self.planes.left_out(&weights.views),
+            landmark_views_left_out: self.landmarks.left_out(&weights.landmark_views),
         })
     }
 
@@ -205,12 +209,8 @@ impl PoseGraph {
             }
         }
         let Weights { views, landmark_views, .. } = &mut weights;
-        for (track, weights) in self.planes.iter().zip(views) {
-            leave_out(track.number, weights, &solution.views_left_out);
-        }
-        for (track, weights) in self.landmarks.iter().zip(landmark_views) {
-            leave_out(track.number, weights, &solution.landmark_views_left_out);
-        }
+        self.planes.leave_out(views, &solution.views_left_out);
+        self.landmarks.leave_out(landmark_views, &solution.landmark_views_left_out);
         weights
     }
 
@@ -223,22 +223,16 @@ impl PoseGraph {
             closure.error(closure.poses.map(|pose| &poses[pose])).norm_squared() / config.max_closure_error
         });
         let Structure { planes, places } = descent.structure();
-        let views = self.planes.iter().zip(planes).flat_map(|(track, plane)| {
-            let error = |view: &PlaneFactor| view.error(&poses[view.pose], plane).norm_squared();
-            track.views.iter().map(move |view| error(view) / config.max_view_error)
-        });
-        let landmark_views = self.landmarks.iter().zip(places).flat_map(|(track, place)| {
-            let error = |view: &LandmarkFactor| view.error(&poses[view.pose], place).norm_squared();
-            track.views.iter().map(move |view| error(view) / config.max_view_error)
-        });
-        closures.chain(views).chain(landmark_views).collect()
+        let views = self.planes.squared_errors(poses, planes);
+        let views = views.chain(self.landmarks.squared_errors(poses, places));
+        closures.chain(views.map(|error| error / config.max_view_error)).collect()
     }
 
     pub(crate) fn full_weights(&self) -> Weights {
         Weights {
             relatives: vec![1.0; self.relatives.len()],
-            views: self.planes.iter().map(|track| vec![1.0; track.views.len()]).collect(),
-            landmark_views: self.landmarks.iter().map(|track| vec![1.0; track.views.len()]).collect(),
+            views: self.planes.full_weights(),
+            landmark_views: self.landmarks.full_weights(),
         }
     }
 
@@ -262,42 +256,22 @@ impl PoseGraph {
         closures.filter(|(_, index)| weights.relatives[**index] < 0.5).map(|(number, _)| number).collect()
     }
 
-    fn views_left_out(&self, weights: &Weights) -> Vec<[usize; 2]> {
-        let tracks = self.planes.iter().zip(&weights.views);
-        left_out(tracks.map(|(track, weights)| (track.number, weights.as_slice())))
-    }
-
-    fn landmark_views_left_out(&self, weights: &Weights) -> Vec<[usize; 2]> {
-        let tracks = self.landmarks.iter().zip(&weights.landmark_views);
-        left_out(tracks.map(|(track, weights)| (track.number, weights.as_slice())))
-    }
-
-    /// The block of a plane in the equations.
-    fn plane_block(&self, plane: usize) -> usize {
-        self.poses.len() - 1 + plane
-    }
-
-    /// The block of a landmark.
-    fn landmark_block(&self, landmark: usize) -> usize {
-        self.plane_block(self.planes.len()) + landmark
+    /// The first block of the planes in the equations, and that of the landmarks.
+    fn first_blocks(&self) -> [usize; 2] {
+        let poses = self.poses.len().saturating_sub(1);
+        [poses, poses + self.planes.len()]
     }
 
     pub(crate) fn equations(&self) -> Result<NormalEquations, Error> {
-        let things = self.planes.iter().map(|_| 3).chain(self.landmarks.iter().map(|_| 3));
+        let things = std::iter::repeat_n(3, self.planes.len() + self.landmarks.len());
         let sizes = self.poses.iter().skip(1).map(|_| 6).chain(things);
+        let [planes, landmarks] = self.first_blocks();
         let between_poses = self.relatives.iter().filter_map(|relative| {
             let [from, to] = relative.poses.map(pose_block);
             Some((from?, to?))
         });
-        let with_planes = self.planes.iter().enumerate().flat_map(|(number, plane)| {
-            let blocks = plane.views.iter().filter_map(|view| pose_block(view.pose));
-            blocks.map(move |block| (block, self.plane_block(number)))
-        });
-        let with_landmarks = self.landmarks.iter().enumerate().flat_map(|(number, landmark)| {
-            let blocks = landmark.views.iter().filter_map(|view| pose_block(view.pose));
-            blocks.map(move |block| (block, self.landmark_block(number)))
-        });
-        NormalEquations::new(sizes, between_poses.chain(with_planes).chain(with_landmarks))
+        let with_things = self.planes.coupled(planes).chain(self.landmarks.coupled(landmarks));
+        NormalEquations::new(sizes, between_poses.chain(with_things))
     }
 
     /// The planes and places that are best at these poses.
@@ -306,10 +280,8 @@ impl PoseGraph {
         poses: &[Isometry3<f64>],
         weights: &Weights,
     ) -> Result<Structure, Error> {
-        let planes = self.planes.iter().zip(&weights.views);
-        let planes: Option<_> = planes.map(|(plane, weights)| plane.best(poses, weights)).collect();
-        let landmarks = self.landmarks.iter().zip(&weights.landmark_views);
-        let places: Option<_> = landmarks.map(|(landmark, weights)| landmark.best(poses, weights)).collect();
+        let planes = self.planes.best(poses, &weights.views);
+        let places = self.landmarks.best(poses, &weights.landmark_views);
         planes.zip(places).map(|(planes, places)| Structure { planes, places }).ok_or(Error::Singular)
     }
 
@@ -317,16 +289,11 @@ impl PoseGraph {
         let relatives = self.relatives.iter().zip(&weights.relatives).map(|(relative, weight)| {
             weight * relative.error(relative.poses.map(|pose| &poses[pose])).norm_squared()
         });
-        let planes = self.planes.iter().zip(&structure.planes).zip(&weights.views);
-        let views = planes.flat_map(|((track, plane), weights)| {
-            let weighted = track.views.iter().zip(weights);
-            weighted.map(|(view, weight)| weight * view.error(&poses[view.pose], plane).norm_squared())
-        });
-        let landmarks = self.landmarks.iter().zip(&structure.places).zip(&weights.landmark_views);
-        let landmark_views = landmarks.flat_map(|((track, place), weights)| {
-            let weighted = track.views.iter().zip(weights);
-            weighted.map(|(view, weight)| weight * view.error(&poses[view.pose], place).norm_squared())
-        });
+        let weighted = |(error, weight): (f64, &f64)| weight * error;
+        let views = self.planes.squared_errors(poses, &structure.planes);
+        let views = views.zip(weights.views.iter().flatten()).map(weighted);
+        let landmark_views = self.landmarks.squared_errors(poses, &structure.places);
+        let landmark_views = landmark_views.zip(weights.landmark_views.iter().flatten()).map(weighted);
         0.5 * (relatives.sum::<f64>() + views.sum::<f64>() + landmark_views.sum::<f64>())
     }
 
@@ -350,55 +317,8 @@ impl PoseGraph {
                 equations.add([from, to], &(by_poses[0].transpose() * by_poses[1] * weight));
             }
         }
-        for (number, (track, plane)) in self.planes.iter().zip(&structure.planes).enumerate() {
-            let own = self.plane_block(number);
-            for (view, weight) in track.views.iter().zip(&weights.views[number]) {
-                let linearized = view.linearized(&poses[view.pose], plane);
-                add_view(equations, own, pose_block(view.pose), *weight, linearized);
-            }
-        }
-        for (number, (track, place)) in self.landmarks.iter().zip(&structure.places).enumerate() {
-            let own = self.landmark_block(number);
-            for (view, weight) in track.views.iter().zip(&weights.landmark_views[number]) {
-                let linearized = view.linearized(&poses[view.pose], place);
-                add_view(equations, own, pose_block(view.pose), *weight, linearized);
-            }
-        }
+        let [planes, landmarks] = self.first_blocks();
+        self.planes.linearize(poses, &structure.planes, &weights.views, planes, equations);
+        self.landmarks.linearize(poses, &structure.places, &weights.landmark_views, landmarks, equations);
     }
-}
-
-/// Adds a view of a plane or a landmark: its error, and the derivatives by the pose and by the thing.
-fn add_view<const R: usize>(
-    equations: &mut NormalEquations,
-    own: usize,
-    pose: Option<usize>,
-    weight: f64,
-    (error, by_pose, by_thing): (SVector<f64, R>, SMatrix<f64, R, 6>, SMatrix<f64, R, 3>),
-) {
-    let root = weight.sqrt();
-    let (error, by_pose, by_thing) = (error * root, by_pose * root, by_thing * root);
-    equations.subtract(own, &(by_thing.transpose() * error));
-    equations.add([own; 2], &(by_thing.transpose() * by_thing));
-    if let Some(block) = pose {
-        equations.subtract(block, &(by_pose.transpose() * error));
-        equations.add([block; 2], &(by_pose.transpose() * by_pose));
-        equations.add([own, block], &(by_thing.transpose() * by_pose));
-    }
-}
-
-/// Sets the weights of the views of a thing to 0 that a solution has left out.
-fn leave_out(thing: usize, weights: &mut [f64], left_out: &[[usize; 2]]) {
-    for (view, weight) in weights.iter_mut().enumerate() {
-        if left_out.binary_search(&[thing, view]).is_ok() {
-            *weight = 0.0;
-        }
-    }
-}
-
-/// The views of things that have little weight: thing and view, by their numbers.
-fn left_out<'a>(things: impl Iterator<Item = (usize, &'a [f64])>) -> Vec<[usize; 2]> {
-    let views = things.flat_map(|(thing, weights)| {
-        weights.iter().enumerate().map(move |(view, weight)| ([thing, view], *weight))
-    });
-    views.filter(|(_, weight)| *weight < 0.5).map(|(view, _)| view).collect()
 }
