@@ -13,7 +13,9 @@ pub trait Record: Sized {
 
     /// Appends several, one after the other.
     fn write_all(items: &[Self], out: &mut Vec<u8>) {
-        items.iter().for_each(|item| item.write(out));
+        for item in items {
+            item.write(out);
+        }
     }
 
     /// Reads so many, one after the other.
