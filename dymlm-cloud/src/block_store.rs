@@ -354,24 +354,40 @@ impl<B: Block> BlockStore<B> {
         slot
     }
 
+    /// A clone to which blocks that are in the file come back when it reads them, and to it alone.
+    pub(crate) fn reading_apart(&self) -> Self {
+        let mut own = self.clone();
+        let is_filed = |page: &[Paged<B>]| page.iter().any(|block| block.in_memory().is_none());
+        let filed = self.blocks.pages().enumerate().filter(|(_, page)| is_filed(page));
+        for (number, _) in filed {
+            // Its list is copied.
+            own.blocks.get_mut(number * Pages::<Paged<B>>::PAGE);
+        }
+        own
+    }
+
     /// Bytes of memory that another state of the store does not share; `owned` gives those that a block owns
     /// beside the other state's block.
     pub(crate) fn memory_bytes_beside(&self, other: &Self, owned: impl Fn(&B, Option<&B>) -> usize) -> usize {
+        self.list_bytes_beside(other) + block_bytes_beside(&self.blocks, &other.blocks, owned)
+    }
+
+    /// The same without the blocks.
+    pub(crate) fn list_bytes_beside(&self, other: &Self) -> usize {
         self.index.memory_bytes_beside(&other.index)
             + self.keys.memory_bytes_beside(&other.keys)
             + self.stamps.memory_bytes_beside(&other.stamps)
-            + memory_bytes_beside(&self.blocks, &other.blocks, owned)
+            + self.blocks.memory_bytes_beside(&other.blocks)
     }
 }
 
-/// Bytes that blocks take which another state of their list does not share.
-pub(crate) fn memory_bytes_beside<B: Block>(
+/// Bytes that blocks take which another state of their list does not share, without the list.
+pub(crate) fn block_bytes_beside<B: Block>(
     blocks: &Pages<Paged<B>>,
     other: &Pages<Paged<B>>,
     owned: impl Fn(&B, Option<&B>) -> usize,
 ) -> usize {
-    let own = blocks.unshared(other).map(|slot| blocks[slot].memory_bytes_beside(other.get(slot), &owned));
-    blocks.memory_bytes_beside(other) + own.sum::<usize>()
+    blocks.unshared(other).map(|slot| blocks[slot].memory_bytes_beside(other.get(slot), &owned)).sum()
 }
 
 /// Frees the memory of blocks that another state of a list has paged out.

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
 use crate::block_store::{BlockKey, BlockStore, count};
@@ -5,6 +7,7 @@ use crate::direction::Direction;
 use crate::evidence::Evidence;
 use crate::fixed_point::{FixedPointFrame, ray_length};
 use crate::frame_scratch::FrameScratch;
+use crate::paging::PageFile;
 use crate::scan::Scan;
 use crate::support::Support;
 use crate::thinning::Thinning;
@@ -61,13 +64,15 @@ pub struct CloudMap {
     pub(crate) evidence: Evidence,
     pub(crate) thinning: Thinning,
     pub(crate) kept: SharedKept,
+    /// Where blocks go that have no room in memory, for a map with a budget.
+    pub(crate) page_file: Option<Arc<PageFile>>,
     frames: u32,
     /// Number of the last change, for [`VoxelBlock::stamp`].
     pub(crate) stamp: u32,
     /// Whether the current frame has taken more out of any voxel than had been put in.
     is_overdrawn: bool,
     /// For the current frame.
-    scratch: FrameScratch,
+    pub(crate) scratch: FrameScratch,
 }
 
 /// What a frame has done to the map.
@@ -137,6 +142,7 @@ impl CloudMap {
             evidence,
             thinning,
             kept: SharedKept::default(),
+            page_file: None,
             frames: 0,
             stamp: 0,
             is_overdrawn: false,

@@ -333,6 +333,17 @@ impl Evidence {
         self.blocks.memory_bytes_beside(other.map_or(&none, |other| &other.blocks), owned)
     }
 
+    /// The same without the blocks.
+    pub(crate) fn list_bytes(&self) -> usize {
+        self.blocks.list_bytes_beside(&BlockStore::default())
+    }
+
+    /// Bytes of memory of a block.
+    pub(crate) fn block_bytes(&self, slot: usize) -> usize {
+        let block = self.blocks.blocks().get(slot);
+        block.map_or(0, |block| block.memory_bytes_beside(None, EvidenceBlock::memory_bytes_beside))
+    }
+
     /// The block of a slot, to page it out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<EvidenceBlock>> {
         self.blocks.paged_mut(slot)
@@ -370,11 +381,6 @@ impl EvidenceBlock {
     #[cfg(feature = "state")]
     pub(crate) fn epochs(&self) -> &Epochs {
         &self.epochs
-    }
-
-    /// Bytes that the block owns.
-    pub(crate) fn memory_bytes(&self) -> usize {
-        self.memory_bytes_beside(None)
     }
 
     /// Bytes that the block owns and does not share with another.

@@ -171,9 +171,15 @@ impl VerdictGrid {
         &self.stamps
     }
 
-    /// The cells that are part of the static world in the evidence's block at a slot.
-    pub(crate) fn statics(&self, slot: usize) -> Option<&CellBits> {
-        self.blocks.get(slot)?.as_ref().map(|block| &block.statics)
+    /// The cells that are part of the static world in the evidence's block at a slot. Verdicts in the file stay
+    /// there.
+    pub(crate) fn statics(&self, slot: usize) -> Option<CellBits> {
+        self.blocks.get(slot)?.as_ref().map(|block| block.look().statics)
+    }
+
+    /// The last change of the evidence that has been taken in.
+    pub(crate) fn taken_in(&self) -> u32 {
+        self.taken_in
     }
 
     /// The verdict on the cell of a voxel; `None` when nothing was ever read in it.
@@ -209,9 +215,18 @@ impl VerdictGrid {
             let other = other.blocks.get(slot).and_then(Option::as_ref);
             Some(self.blocks[slot].as_ref()?.memory_bytes_beside(other, |_, _| 0))
         });
-        self.blocks.memory_bytes_beside(&other.blocks)
-            + self.stamps.memory_bytes_beside(&other.stamps)
-            + own.sum::<usize>()
+        self.list_bytes_beside(other) + own.sum::<usize>()
+    }
+
+    /// The same without the blocks.
+    pub(crate) fn list_bytes_beside(&self, other: &Self) -> usize {
+        self.blocks.memory_bytes_beside(&other.blocks) + self.stamps.memory_bytes_beside(&other.stamps)
+    }
+
+    /// Bytes of memory of the verdicts on a block.
+    pub(crate) fn block_bytes(&self, slot: usize) -> usize {
+        let block = self.blocks.get(slot).and_then(Option::as_ref);
+        block.map_or(0, |block| block.memory_bytes_beside(None, |_, _| 0))
     }
 
     fn block(&self, evidence: &Evidence, block: [i32; 3]) -> Option<&BlockVerdict> {

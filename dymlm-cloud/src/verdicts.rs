@@ -2,7 +2,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::paging::PageOut;
-use crate::static_cloud::{BATCH, Source, StaticCloud};
+use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
 use crate::{CloudMap, Verdict};
 
@@ -65,11 +65,6 @@ impl CloudMap {
 
     /// The static cloud, with all changes taken in.
     pub(crate) fn kept_cloud(&self) -> Arc<StaticCloud> {
-        self.kept_cloud_by(BATCH)
-    }
-
-    /// The same, with the changes of so many blocks taken in at a time.
-    pub(crate) fn kept_cloud_by(&self, batch: usize) -> Arc<StaticCloud> {
         let mut kept = self.verdicts().kept;
         let Kept { verdicts, cloud } = &mut *kept;
         let source = Source {
@@ -84,7 +79,7 @@ impl CloudMap {
         // Whoever holds the cloud borrows the map, so it cannot have changed meanwhile: the cloud is copied
         // only for a map that has a clone.
         if !cloud.is_fresh(&source) {
-            Arc::make_mut(cloud).refresh_by(source, batch);
+            Arc::make_mut(cloud).refresh(source, self.page_file.as_ref());
         }
         Arc::clone(cloud)
     }
@@ -160,6 +155,11 @@ impl SharedKept {
         self.kept.get_mut().unwrap_or_else(PoisonError::into_inner).cloud.stamp()
     }
 
+    /// The last change of the evidence on which there are verdicts.
+    pub(crate) fn judged(&mut self) -> u32 {
+        self.kept.get_mut().unwrap_or_else(PoisonError::into_inner).verdicts.taken_in()
+    }
+
     /// Calls `visit` with the verdicts on a block of the evidence, and with the static points of some blocks
     /// of voxels.
     pub(crate) fn for_each_within(
@@ -209,6 +209,24 @@ impl SharedKept {
         let is_shared = Arc::ptr_eq(&kept.cloud, &other.cloud);
         kept.verdicts.memory_bytes_beside(&other.verdicts)
             + if is_shared { 0 } else { kept.cloud.memory_bytes_beside(&other.cloud) }
+    }
+
+    /// Bytes without the blocks.
+    pub(crate) fn list_bytes(&self) -> usize {
+        let Kept { verdicts, cloud } = &*self.lock();
+        verdicts.list_bytes_beside(&VerdictGrid::default()) + cloud.list_bytes_beside(&StaticCloud::default())
+    }
+
+    /// Bytes of memory of the verdicts on some blocks of the evidence, and of the static points of some blocks
+    /// of voxels.
+    pub(crate) fn block_bytes(
+        &self,
+        evidence: impl IntoIterator<Item = usize>,
+        voxels: impl IntoIterator<Item = usize>,
+    ) -> usize {
+        let Kept { verdicts, cloud } = &*self.lock();
+        let verdicts: usize = evidence.into_iter().map(|slot| verdicts.block_bytes(slot)).sum();
+        verdicts + voxels.into_iter().map(|slot| cloud.block_bytes(slot)).sum::<usize>()
     }
 
     fn lock(&self) -> MutexGuard<'_, Kept> {

@@ -1,5 +1,9 @@
 use std::fs::{File, OpenOptions};
-use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom, Write};
+use std::io::{Error, ErrorKind, Result};
+#[cfg(not(unix))]
+use std::io::{Read, Seek, SeekFrom, Write};
+#[cfg(unix)]
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -77,22 +81,38 @@ impl ScratchFile {
     /// Those of reading, also when there are fewer bytes.
     pub fn read(&self, offset: u64, length: usize) -> Result<Vec<u8>> {
         let mut bytes = vec![0; length];
-        let mut contents = self.locked();
-        contents.file.seek(SeekFrom::Start(offset))?;
-        contents.file.read_exact(&mut bytes)?;
+        self.locked().read(offset, &mut bytes)?;
         Ok(bytes)
     }
 
     fn locked(&self) -> MutexGuard<'_, Contents> {
-        // A poisoned lock does no harm: every use seeks first.
+        // A poisoned lock does no harm: every use names its place.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
+/// Where the system has one call for it: parts that are read are small, so that each call counts.
+#[cfg(unix)]
+impl Contents {
+    fn write(&mut self, offset: u64, bytes: &[u8]) -> Result<()> {
+        self.file.write_all_at(bytes, offset)
+    }
+
+    fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Result<()> {
+        self.file.read_exact_at(bytes, offset)
+    }
+}
+
+#[cfg(not(unix))]
 impl Contents {
     fn write(&mut self, offset: u64, bytes: &[u8]) -> Result<()> {
         self.file.seek(SeekFrom::Start(offset))?;
         self.file.write_all(bytes)
+    }
+
+    fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Result<()> {
+        self.file.seek(SeekFrom::Start(offset))?;
+        self.file.read_exact(bytes)
     }
 }
 

@@ -30,12 +30,16 @@ impl ReducedColors {
     /// Reduces an image. O(pixels).
     pub fn of(image: &ColorImage) -> Self {
         let size = [image.width(), image.height()];
-        let squares = means(image.data(), size[0], LUMA_SIDE);
-        let luma = squares.iter().map(|&[r, g, b]| quantized(r + 2 * g + b, 4) as u8).collect();
-        let large = means(&squares, size[0].div_ceil(LUMA_SIDE), CHROMA_SIDE / LUMA_SIDE);
+        let squares = means(image.data(), size[0]);
+        let brightness = |mean: &Rgb| {
+            let [r, g, b] = mean.map(i32::from);
+            quantized(r + 2 * g + b, 4) as u8
+        };
+        let luma = squares.iter().map(brightness).collect();
+        let large = means(&squares, size[0].div_ceil(LUMA_SIDE));
         let hue = |difference: fn([i32; 3]) -> i32| {
             // -64..=64 becomes 0..=128.
-            large.iter().map(|&mean| (quantized(difference(mean), 2) + 64) as u8).collect()
+            large.iter().map(|mean| (quantized(difference(mean.map(i32::from)), 2) + 64) as u8).collect()
         };
         Self { size, luma, chroma: [hue(|[r, _, b]| 2 * (r - b)), hue(|[r, g, b]| 2 * g - r - b)] }
     }
@@ -53,11 +57,21 @@ impl ReducedColors {
             let luma = &self.luma[place * columns[0]..][..columns[0]];
             let hues = place * LUMA_SIDE / CHROMA_SIDE * columns[1];
             let [red, green] = self.chroma.each_ref().map(|plane| &plane[hues..][..columns[1]]);
-            let colors = luma.chunks(CHROMA_SIDE / LUMA_SIDE).zip(red.iter().zip(green));
-            let colors =
-                colors.flat_map(|(luma, (&red, &green))| luma.iter().map(move |&y| color_of(y, red, green)));
             let (first, others) = rows.split_at_mut(width);
-            first.chunks_mut(LUMA_SIDE).zip(colors).for_each(|(square, color)| square.fill(color));
+            let squares = first.chunks_mut(CHROMA_SIDE).zip(luma.chunks(CHROMA_SIDE / LUMA_SIDE));
+            for ((pixels, luma), (&red, &green)) in squares.zip(red.iter().zip(green)) {
+                // Both of whole squares at once: lengths that are known cost no look at them.
+                if let (Ok(pixels), Ok(&[left, right])) =
+                    (<&mut [Rgb; CHROMA_SIDE]>::try_from(&mut *pixels), <&[u8; 2]>::try_from(luma))
+                {
+                    let [left, right] = [left, right].map(|luma| color_of(luma, red, green));
+                    *pixels = [left, left, right, right];
+                } else {
+                    for (pixels, &luma) in pixels.chunks_mut(LUMA_SIDE).zip(luma) {
+                        pixels.fill(color_of(luma, red, green));
+                    }
+                }
+            }
             others.chunks_mut(width).for_each(|row| row.copy_from_slice(first));
         }
         ColorImage::new(width, height, pixels)
@@ -92,28 +106,25 @@ fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>>
     Some(values.into_iter().map(|value| value as u8).collect())
 }
 
-/// Mean colours of squares, rounded; squares at the rim are smaller.
-fn means<T: Copy + Into<i32>>(colors: &[[T; 3]], width: usize, side: usize) -> Vec<[i32; 3]> {
-    let mut all = Vec::with_capacity(colors.len().div_ceil(side * side) + width + side);
-    let mut sums = vec![[0_i32; 3]; width.div_ceil(side)];
-    for rows in colors.chunks(side * width) {
-        sums.fill([0; 3]);
-        for row in rows.chunks(width) {
-            for (sum, colors) in sums.iter_mut().zip(row.chunks(side)) {
-                for color in colors {
-                    (0..3).for_each(|channel| sum[channel] += color[channel].into());
-                }
-            }
-        }
-        let height = rows.len() / width;
-        let counts = (0..width).step_by(side).map(|first| height * side.min(width - first));
-        all.extend(sums.iter().zip(counts).map(|(sum, count)| match count as i32 {
-            // Most squares have four pixels: no division.
-            4 => sum.map(|sum| (sum + 2) >> 2),
-            count => sum.map(|sum| (sum + count / 2) / count),
-        }));
+/// Mean colours of squares of 2x2 pixels, rounded; squares at the rim are smaller.
+fn means(colors: &[Rgb], width: usize) -> Vec<Rgb> {
+    let mut all = Vec::with_capacity(colors.len() / 4 + width + 1);
+    for rows in colors.chunks(2 * width) {
+        let (upper, lower) = rows.split_at(width);
+        // A square with half the pixels has the mean of one that has each of them twice.
+        let lower = if lower.is_empty() { upper } else { lower };
+        let ((upper, last_upper), (lower, last_lower)) = (upper.as_chunks(), lower.as_chunks());
+        all.extend(upper.iter().zip(lower).map(|(&[a, b], &[c, d])| mean_of([a, b, c, d])));
+        all.extend(last_upper.iter().zip(last_lower).map(|(&a, &c)| mean_of([a, a, c, c])));
     }
     all
+}
+
+fn mean_of(colors: [Rgb; 4]) -> Rgb {
+    std::array::from_fn(|channel| {
+        (colors.iter().map(|color| u16::from(color[channel])).sum::<u16>() + 2) >> 2
+    })
+    .map(|mean: u16| mean as u8)
 }
 
 /// value / parts in steps, rounded to the nearest step.
@@ -152,6 +163,24 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn means_are_those_of_the_pixels_that_are_there() {
+        for [width, height] in [[1, 1], [2, 1], [1, 2], [7, 5], [12, 9]] {
+            let image = image(width, height, |u, v| [(u * 37 + v) as u8, (u * v * 11) as u8, (v * 91) as u8]);
+            let squares = (0..height).step_by(2).flat_map(|v| (0..width).step_by(2).map(move |u| (u, v)));
+            let expected = squares.map(|(u, v)| {
+                let rows = v..height.min(v + 2);
+                let places = rows.flat_map(|v| (u..width.min(u + 2)).map(move |u| v * width + u));
+                let pixels: Vec<Rgb> = places.map(|place| image.data()[place]).collect();
+                [0, 1, 2].map(|channel| {
+                    let sum: usize = pixels.iter().map(|pixel| usize::from(pixel[channel])).sum();
+                    ((sum + pixels.len() / 2) / pixels.len()) as u8
+                })
+            });
+            assert_eq!(means(image.data(), width), expected.collect::<Vec<_>>(), "{width} x {height}");
         }
     }
 

@@ -66,6 +66,13 @@ fn main() -> Result<(), AnyError> {
     );
     let map = builder.into_map();
     let voxels = map.cloud().held_voxels();
+    let start = Instant::now();
+    println!(
+        "{} static points, worked out in {:.1} s; then {:.0} MB",
+        map.cloud().len(),
+        start.elapsed().as_secs_f64(),
+        resident_bytes()?.saturating_sub(before) as f64 / 1e6
+    );
     println!("{voxels} voxels; checksum {:016x}", checksum(&map)?);
     println!("resident beside what was there before: {most:.0} MB at most");
     Ok(())

@@ -1,6 +1,7 @@
 //! Blocks that no frame has seen for longest go to a file, so that a map of many rooms needs the memory of
 //! only those around the camera.
 
+mod memory_count;
 mod paged;
 mod pager;
 

@@ -2,59 +2,44 @@ use std::collections::VecDeque;
 use std::io::Result;
 use std::path::Path;
 use std::sync::Arc;
-use std::thread::JoinHandle;
 
+use super::memory_count::MemoryCount;
 use super::{PageFile, PageOut};
 use crate::CloudMap;
 use crate::block_store::BlockKey;
-use crate::verdicts::SharedKept;
 
-/// Frames between two counts of the memory, each of which visits all blocks.
+/// Frames between two choices of the blocks that go. In each of them as many are written, so that no frame waits for
+/// many.
 const INTERVAL: u32 = 16;
-/// Frames after a count in which blocks go. Only then is the rest judged, since what is judged is a clone, which
-/// would hold the blocks that go. With more frames, less is left for judging before the next count waits for it;
-/// with fewer, each of them writes more. What has been seen since stays in memory.
-const PAGING: u32 = 4;
+/// What has been seen in so many frames before blocks are chosen stays in memory.
+const RECENT: u32 = 12;
 /// One in so many bytes is what the allocator adds for its own numbers and by rounding up: with 487 MB counted, 510
 /// were in use.
 const ALLOCATOR: usize = 20;
-/// Blocks that are judged at a time: a quarter of what a query takes, so that its buffers take some 15 MB less, and
-/// a seventh more time, for which nobody waits.
-const JUDGED: usize = 1 << 12;
 
 /// Keeps a cloud map within a memory budget: blocks that no frame has seen for longest go to a file, and come
 /// back when a frame or a query reaches them. The map is the same, to the bit.
+///
+/// A block goes as it is, whether the static cloud has taken in its last changes or not: that costs as much later as
+/// before, and nothing when nobody asks. Who then asks for the static cloud of a map whose blocks are mostly in the
+/// file has it worked out in batches, which leave them there.
 #[derive(Debug)]
 pub struct CloudPager {
     file: Arc<PageFile>,
     buffer: Vec<u8>,
-    /// Frames since the memory was counted last.
+    /// Frames since blocks were chosen last.
     frames: u32,
-    /// The static cloud of the map at the last count, if the map was nearly too large then: a block that is
-    /// judged before it goes need not come back for that. It is judged on a thread of its own, so that no frame
-    /// waits.
-    judging: Option<Judging>,
+    count: MemoryCount,
     /// Blocks of the evidence that are to go, with all voxels in them, in this order.
     due: VecDeque<BlockKey>,
-    /// The revision of the evidence up to which these blocks were judged.
-    judged: u32,
-    /// Bytes of the map when it had been judged.
-    bytes: usize,
-    /// Bytes that its static cloud took then, beside the one before: both are there while it is judged.
-    judging_bytes: usize,
-    /// Bytes of the map at the last count, without the blocks that were chosen to go then, and how many it had
-    /// got until that count since the one before.
+    /// The revision of the evidence after which blocks stay in memory.
+    settled: u32,
+    /// The revisions [`RECENT`] frames before blocks were chosen last, and before they are chosen next.
+    aged: [u32; 2],
+    /// Bytes of the map when blocks were chosen last, without these blocks, and how many it had got until then
+    /// since the time before.
     left: usize,
     growth: usize,
-    /// Whether the map is large enough to be judged.
-    is_large: bool,
-}
-
-#[derive(Debug)]
-struct Judging {
-    /// The revision of the evidence that is judged.
-    revision: u32,
-    kept: JoinHandle<SharedKept>,
 }
 
 impl CloudPager {
@@ -70,20 +55,18 @@ impl CloudPager {
             file,
             buffer: Vec::new(),
             frames: 0,
-            judging: None,
+            count: MemoryCount::default(),
             due: VecDeque::new(),
-            judged: 0,
-            bytes: 0,
-            judging_bytes: 0,
+            settled: 0,
+            aged: [0; 2],
             left: 0,
             growth: 0,
-            is_large: false,
         })
     }
 
     /// Pages out some blocks when the map is about to take more than `budget` bytes of memory. Call it once a
-    /// frame, with one map. What the last 12 frames have seen stays in memory, whatever the budget. Each 16th call
-    /// visits all blocks.
+    /// frame, with one map. What the last 12 frames have seen stays in memory, whatever the budget. `budget` is
+    /// asked in each 16th call.
     ///
     /// # Errors
     ///
@@ -93,91 +76,70 @@ impl CloudPager {
         if let Some(failure) = self.file.failure() {
             return Err(failure);
         }
+        map.page_file.get_or_insert_with(|| Arc::clone(&self.file));
         self.frames += 1;
+        self.count.go_on(map, f64::from(self.frames) / f64::from(INTERVAL));
         if self.frames >= INTERVAL {
             self.frames = 0;
-            self.count(map, budget());
+            self.choose(map, budget());
         }
-        if self.frames == PAGING && self.is_large {
-            self.judge(map);
+        if self.frames == INTERVAL - RECENT {
+            self.aged = [self.aged[1], map.evidence.revision()];
         }
-        // As many a frame that none is left when the map is judged.
-        let frames = PAGING.saturating_sub(self.frames).max(1);
-        for _ in 0..self.due.len().div_ceil(frames as usize) {
+        // As many a frame that none is left when blocks are chosen again.
+        for _ in 0..self.due.len().div_ceil((INTERVAL - self.frames) as usize) {
             let Some(&key) = self.due.front() else { break };
-            map.page_out(key, self.judged, &self.file, &mut self.buffer)?;
+            map.page_out(key, self.settled, &self.file, &mut self.buffer)?;
             self.due.pop_front();
         }
         Ok(())
     }
 
-    /// Chooses the blocks to go among those judged since the last count, so many that the map will not be too
-    /// large at the next one.
-    fn count(&mut self, map: &mut CloudMap, budget: usize) {
-        let judged = self.judging.take();
-        let judged = judged.and_then(|judging| Some((judging.revision, judging.kept.join().ok()?)));
-        let is_judged = judged.is_some();
-        if let Some((revision, mut kept)) = judged {
-            self.judged = revision;
-            kept.page_out_like(&map.kept);
-            // What the first judging makes is the static cloud itself, which the map counts from now on.
-            let is_first = map.kept.stamp() == 0;
-            self.judging_bytes = if is_first { 0 } else { kept.memory_bytes_beside(Some(&map.kept)) };
-            map.kept.adopt(&kept);
+    /// Chooses the blocks to go, so many that the map will not be too large when blocks are chosen again.
+    fn choose(&mut self, map: &mut CloudMap, budget: usize) {
+        // Verdicts look at blocks that have changed: those that go must have theirs. Mostly somebody has asked for
+        // them lately.
+        let [earlier, aged] = self.aged;
+        if map.kept.judged() < earlier {
+            drop(map.verdicts());
         }
-        // Judging will take about as much again as the last time: the new static cloud beside the one before, and
-        // about as much for buffers and for blocks that a frame changes meanwhile, whose clones are judged.
-        let bytes = map.memory_bytes() + 2 * self.judging_bytes;
+        self.settled = aged.min(map.kept.judged());
+        let bytes = self.count.finish(map);
         let bytes = bytes + bytes / ALLOCATOR;
         // The map will grow as it did until now; the last two times, since a camera that turns sees more.
         let latest = bytes.saturating_sub(self.left);
         let growth = latest.max(std::mem::replace(&mut self.growth, latest));
         let excess = (bytes + growth).saturating_sub(budget);
-        self.left = bytes;
         self.due.clear();
-        if is_judged {
-            self.bytes = bytes;
-            if excess > 0 {
-                self.left -= self.choose(map, excess).min(bytes);
-            }
-        }
-        // Blocks can go at the next count only if they are judged before. And judging what is new takes about as
-        // much memory again: a map that was first judged when it had reached the budget would take one and a
-        // half times as much.
-        let growth = (2 * growth).max(bytes.saturating_sub(self.bytes));
-        self.is_large = bytes + growth > budget;
+        self.left = bytes - self.choose_oldest(map, excess).min(bytes);
     }
 
-    /// Has the map judged on another thread.
-    fn judge(&mut self, map: &CloudMap) {
-        let clone = map.clone();
-        let judge = move || {
-            clone.kept_cloud_by(JUDGED);
-            // The clone's blocks are dropped now, not at the next count.
-            let CloudMap { kept, .. } = clone;
-            kept
-        };
-        let thread = std::thread::Builder::new().name("dymlm-pager".to_owned()).spawn(judge);
-        // Without a thread nothing is paged out.
-        self.judging = thread.ok().map(|kept| Judging { revision: map.evidence.revision(), kept });
-    }
-
-    /// Chooses blocks that free `bytes` bytes, among those that have not changed since they were judged; returns
-    /// how many bytes they free.
-    fn choose(&mut self, map: &CloudMap, bytes: usize) -> usize {
-        let store = map.evidence.blocks();
-        let blocks = store.keys().iter().enumerate().map(|(slot, &key)| (store.stamps().of(slot), key));
-        let mut blocks: Vec<(u32, BlockKey)> = blocks.filter(|(stamp, _)| *stamp <= self.judged).collect();
-        blocks.sort_unstable();
-        let mut gone = 0;
-        for (_, key) in blocks {
-            if gone > bytes {
+    /// Chooses blocks that free so many bytes, those first that no frame has seen for longest; returns how many bytes
+    /// they free.
+    fn choose_oldest(&mut self, map: &CloudMap, excess: usize) -> usize {
+        let (mut gone, settled) = (0, self.settled);
+        // What a query has brought back of blocks that were in the file goes only when the others do not suffice:
+        // finding it means looking into each of them.
+        for is_filed in [false, true] {
+            if gone >= excess {
                 break;
             }
-            let own = map.bytes_within(key);
-            if own > 0 {
-                gone += own;
-                self.due.push_back(key);
+            let store = map.evidence.blocks();
+            let blocks = store.keys().iter().zip(store.blocks().iter()).enumerate();
+            let blocks = blocks.filter(|(_, (_, block))| block.in_memory().is_none() == is_filed);
+            let blocks = blocks.map(|(slot, (&key, _))| (store.stamps().of(slot), key, slot));
+            let mut blocks: Vec<(u32, BlockKey, usize)> =
+                blocks.filter(|(stamp, ..)| *stamp <= settled).collect();
+            blocks.sort_unstable();
+            for (_, key, slot) in blocks {
+                if gone >= excess {
+                    break;
+                }
+                let own = map.block_bytes([slot], map.voxel_slots_within(key));
+                if own > 0 {
+                    gone += own;
+                    self.due.push_back(key);
+                }
             }
         }
         gone
@@ -230,21 +192,6 @@ impl CloudMap {
         self.kept.for_each_within(slot, voxels, visit);
     }
 
-    /// Bytes that [`page_out`](Self::page_out) would free.
-    fn bytes_within(&self, key: BlockKey) -> usize {
-        let evidence =
-            self.evidence.blocks().slot(key).and_then(|slot| self.evidence.blocks().blocks().get(slot));
-        let evidence = evidence
-            .and_then(|block| block.in_memory())
-            .map_or(0, |block| size_of_val(block) + block.memory_bytes());
-        let voxels =
-            self.voxel_slots_within(key).into_iter().filter_map(|slot| self.voxels.blocks().get(slot));
-        let voxels = voxels.filter_map(|block| block.in_memory());
-        // The static points and the verdicts take about as much again for each voxel.
-        let voxels: usize = voxels.map(|block| size_of_val(block) + 2 * block.memory_bytes()).sum();
-        evidence + voxels
-    }
-
     fn voxel_slots_within(&self, key: BlockKey) -> Vec<usize> {
         let mut slots = Vec::new();
         let (first, side) = self.evidence.voxel_blocks_over(key);
@@ -258,24 +205,57 @@ mod tests {
     use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel};
 
     use super::*;
-    use crate::CloudMapConfig;
+    use crate::{CloudMapConfig, Selection};
 
-    #[test]
-    fn a_map_is_judged_before_it_has_reached_its_budget() {
+    /// A walk along a wall, with `after` called when the map and its pager have taken in a frame.
+    fn walk(frames: u32, budget: usize, mut after: impl FnMut(&mut CloudMap, &CloudPager)) -> CloudMap {
         let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
         let mut pager = CloudPager::new(&std::env::temp_dir()).unwrap();
         let camera = PinholeCamera::new(32, 24, 26.0, 26.0, 15.5, 11.5).unwrap();
         let depth = DepthImage::new(32, 24, vec![1.5; 32 * 24]).unwrap();
-        let budget = 10_000_000;
-        for step in 0.. {
+        for step in 0..frames {
             let frame = Frame::new(f64::from(step), camera, depth.clone(), None).unwrap();
             let pose = Pose::new([0.05 * f64::from(step), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
             map.insert(&frame, None, &pose).unwrap();
             pager.page_out(&mut map, || budget).unwrap();
-            if map.memory_bytes() > budget {
-                break;
-            }
+            after(&mut map, &pager);
         }
-        assert!(map.kept.stamp() > 0);
+        map
+    }
+
+    #[test]
+    fn what_is_counted_a_part_a_frame_is_what_a_count_of_all_gives() {
+        let map = walk(60, 1_000_000, |map, _| _ = map.len());
+        let mut count = MemoryCount::default();
+        for share in [0.1, 0.4, 0.7, 1.0] {
+            count.go_on(&map, share);
+        }
+        assert_eq!(count.finish(&map), map.memory_bytes());
+    }
+
+    #[test]
+    fn a_frame_writes_its_part_of_what_goes() {
+        let (mut most, mut all, mut before) = (0, 0, 0);
+        walk(400, 2_000_000, |_, pager| {
+            let gone = usize::saturating_sub(before, pager.due.len());
+            (before, all) = (pager.due.len(), all + gone);
+            most = most.max(gone);
+        });
+        assert!(all > 500 && most * 50 < all, "{most} of {all} in one frame");
+    }
+
+    #[test]
+    fn blocks_go_whether_the_static_cloud_has_taken_them_in_or_not() {
+        let unread = walk(400, 2_000_000, |_, _| ());
+        let read = walk(400, 2_000_000, |map, _| _ = map.len());
+        let whole = walk(400, usize::MAX, |_, _| ());
+        assert!(unread.memory_bytes() < 3_000_000, "{}", unread.memory_bytes());
+        assert!(read.memory_bytes() < 3_000_000, "{}", read.memory_bytes());
+        let cloud = whole.point_cloud(Selection::Static);
+        assert!(
+            unread.point_cloud(Selection::Static) == cloud && read.point_cloud(Selection::Static) == cloud
+        );
+        assert!(unread.memory_bytes() < 4_000_000, "reading it leaves it in the file");
+        assert!(whole.memory_bytes() > 10_000_000, "{}", whole.memory_bytes());
     }
 }

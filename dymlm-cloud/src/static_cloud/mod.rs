@@ -2,10 +2,10 @@ use std::sync::{Arc, OnceLock};
 
 use dymlm_core::{Pages, Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, has, memory_bytes_beside, page_out_like, put, without};
+use crate::block_store::{BlockStore, CellBits, block_bytes_beside, has, page_out_like, put, without};
 use crate::changes::{Change, Changes, Effect, Refit, Touched};
 use crate::evidence::Evidence;
-use crate::paging::Paged;
+use crate::paging::{PageFile, PageOut, Paged};
 use crate::places::Places;
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
@@ -24,7 +24,10 @@ use surface::Surface;
 /// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for all
 /// blocks of a map that is read for the first time would be a third of the map again. A frame changes fewer
 /// blocks, so that its changes are taken in at once: what lies beside a batch is worked out twice.
-pub(crate) const BATCH: usize = 1 << 14;
+const BATCH: usize = 1 << 14;
+/// The same in a map with a budget of memory: a quarter, so that a batch and the blocks that are read for it take
+/// some 30 MB, and a seventh more time.
+const SMALL_BATCH: usize = 1 << 12;
 
 /// The static part of the map, block by block, as of the last query: without ghosts, and without
 /// [noise](Thinning).
@@ -87,16 +90,76 @@ impl StaticCloud {
             && self.verdicts == source.verdicts.revision()
     }
 
-    /// Takes in what has changed since the last call, so many blocks at a time.
-    pub(crate) fn refresh_by(&mut self, source: Source<'_>, batch: usize) {
-        self.take_in_new(source.voxels);
-        let slots = self.changed_slots(source);
+    /// Takes in what has changed since the last call. With a page file, blocks that are there stay there, and what
+    /// is worked out of them goes there as well; so does what is worked out of more blocks than a frame changes.
+    pub(crate) fn refresh(&mut self, source: Source<'_>, file: Option<&Arc<PageFile>>) {
+        let slots = self.take_in_new(source);
+        let is_filed = |slot: &usize| source.voxels.blocks()[*slot].in_memory().is_none();
+        match file {
+            Some(file) if slots.len() > BATCH => self.refresh_filed(source, &slots, file, |_| true),
+            Some(file) if slots.iter().any(is_filed) => {
+                self.refresh_filed(source, &slots, file, |slot| is_filed(&slot));
+            }
+            _ => self.refresh_by(source, &slots, BATCH, |cloud, slots| {
+                cloud.take_in_changes(source, &cloud.changes(source, slots));
+            }),
+        }
+    }
+
+    /// The same in small batches; the results of blocks that go are put into the file.
+    fn refresh_filed(
+        &mut self,
+        source: Source<'_>,
+        slots: &[usize],
+        file: &Arc<PageFile>,
+        goes: impl Fn(usize) -> bool,
+    ) {
+        let mut is_writable = true;
+        self.refresh_by(source, slots, SMALL_BATCH, |cloud, slots| {
+            let voxels = source.voxels.reading_apart();
+            let source = Source { voxels: &voxels, ..source };
+            let changes = cloud.changes(source, slots);
+            cloud.take_in_changes(source, &changes);
+            // On a full disk they stay in memory, where they are as good.
+            is_writable = is_writable && cloud.page_out(file, &goes).is_ok();
+        });
+    }
+
+    /// Calls `take_in` for batches of blocks.
+    fn refresh_by(
+        &mut self,
+        source: Source<'_>,
+        slots: &[usize],
+        batch: usize,
+        mut take_in: impl FnMut(&mut Self, &[usize]),
+    ) {
         // The points of a block that waits are those of voxels that it still has.
         let batch = if self.has_lost_voxels(source) { slots.len() } else { batch };
-        for slots in slots.chunks(batch.max(1)) {
-            self.take_in_changes(source, &self.changes(source, slots));
-        }
+        slots.chunks(batch.max(1)).for_each(|slots| take_in(self, slots));
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
+    }
+
+    /// Puts blocks into the file that are in memory and shall go.
+    fn page_out(&mut self, file: &Arc<PageFile>, goes: impl Fn(usize) -> bool) -> std::io::Result<()> {
+        const PAGE: usize = Pages::<Paged<StaticBlock>>::PAGE;
+        let (mut buffer, mut written) = (Vec::new(), Vec::new());
+        for first in (0..self.blocks.len()).step_by(PAGE) {
+            let slots = first..self.blocks.len().min(first + PAGE);
+            let leaves = |slot: &usize| self.blocks[*slot].in_memory().is_some() && goes(*slot);
+            let slots: Vec<usize> = slots.filter(leaves).collect();
+            if slots.is_empty() {
+                continue;
+            }
+            buffer.clear();
+            written.extend(slots.iter().map(|&slot| self.blocks[slot].write(&mut buffer)));
+            let extent = Arc::new(file.write(&mut buffer)?);
+            for (slot, written) in slots.into_iter().zip(written.drain(..)) {
+                if let Some(block) = self.blocks.get_mut(slot) {
+                    block.leave_memory(&extent, written);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Whether voxels may have gone since the last call.
@@ -193,8 +256,13 @@ impl StaticCloud {
         block.with_points(layer.fill(own.into_iter().chain(arriving)))
     }
 
-    /// Makes room for blocks that were added since the last call.
-    fn take_in_new(&mut self, voxels: &BlockStore<VoxelBlock>) {
+    /// Makes room for blocks that were added since the last call; returns those that may have changed.
+    fn take_in_new(&mut self, source: Source<'_>) -> Vec<usize> {
+        self.make_room(source.voxels);
+        self.changed_slots(source)
+    }
+
+    fn make_room(&mut self, voxels: &BlockStore<VoxelBlock>) {
         let known = self.blocks.len();
         if voxels.keys().len() == known {
             return;
@@ -255,7 +323,7 @@ impl StaticCloud {
             known => known,
         };
         let cells = (around as usize).checked_sub(1).and_then(|slot| source.verdicts.statics(slot));
-        let inside = cells.map_or(CellBits::default(), |cells| evidence.voxels_in(cells, key));
+        let inside = cells.map_or(CellBits::default(), |cells| evidence.voxels_in(&cells, key));
         let (mut voxels, mut firm) = (CellBits::default(), CellBits::default());
         let has_readings = block.stamp > self.stamp;
         for word in 0..firm.len() {
@@ -458,16 +526,28 @@ impl StaticCloud {
 
     /// The verdicts on the voxels of a block.
     pub(crate) fn judgement(&self, slot: usize) -> Judgement {
-        let block = self.blocks.get(slot);
+        let block = self.blocks.get(slot).map(Paged::look);
         block.map_or_else(Judgement::default, |block| Judgement { firm: block.firm, statics: block.statics })
     }
 
     /// Bytes that another static cloud does not share.
     pub(crate) fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.list_bytes_beside(other)
+            + block_bytes_beside(&self.blocks, &other.blocks, |block, _| block.memory_bytes())
+    }
+
+    /// The same without the blocks.
+    pub(crate) fn list_bytes_beside(&self, other: &Self) -> usize {
         let order = self.order.get().filter(|own| other.order.get().is_none_or(|it| !Arc::ptr_eq(own, it)));
-        memory_bytes_beside(&self.blocks, &other.blocks, |block, _| block.memory_bytes())
+        self.blocks.memory_bytes_beside(&other.blocks)
             + self.evidence.memory_bytes_beside(&other.evidence)
             + order.map_or(0, |order| size_of_val(&**order))
+    }
+
+    /// Bytes of memory of a block.
+    pub(crate) fn block_bytes(&self, slot: usize) -> usize {
+        let block = self.blocks.get(slot);
+        block.map_or(0, |block| block.memory_bytes_beside(None, |block, _| block.memory_bytes()))
     }
 }
 
@@ -538,6 +618,13 @@ mod tests {
         (Frame::new(f64::from(step), camera, depth, None).unwrap(), pose)
     }
 
+    fn refresh(cloud: &mut StaticCloud, source: Source<'_>, batch: usize) {
+        let slots = cloud.take_in_new(source);
+        cloud.refresh_by(source, &slots, batch, |cloud, slots| {
+            cloud.take_in_changes(source, &cloud.changes(source, slots));
+        });
+    }
+
     #[test]
     fn what_is_taken_in_by_batches_is_what_a_look_at_all_finds() {
         let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
@@ -565,14 +652,14 @@ mod tests {
                 fuses: true,
             };
             let mut whole = StaticCloud::default();
-            whole.refresh_by(source, usize::MAX);
+            refresh(&mut whole, source, usize::MAX);
             has_leaving |= whole.blocks.iter().any(|block| !block.leaving.is_empty());
             // Some read each frame, others only some, which leaves more to take in.
             for (turn, (cloud, batch)) in kept.iter_mut().zip(batches).enumerate() {
                 if !(step as usize + turn).is_multiple_of(turn + 1) {
                     continue;
                 }
-                cloud.refresh_by(source, batch);
+                refresh(cloud, source, batch);
                 assert!(cloud.is_fresh(&source));
                 assert_eq!(cloud.len(), whole.len(), "step {step}, batches of {batch}");
                 for slot in 0..whole.blocks.len() {

@@ -10,8 +10,34 @@ pub trait Record: Sized {
 
     /// Reads one from the beginning of the bytes; `None` where they do not begin with one.
     fn read(from: &mut &[u8]) -> Option<Self>;
+
+    /// Appends several, one after the other.
+    fn write_all(items: &[Self], out: &mut Vec<u8>) {
+        for item in items {
+            item.write(out);
+        }
+    }
+
+    /// Reads so many, one after the other.
+    fn read_all(count: usize, from: &mut &[u8]) -> Option<Vec<Self>> {
+        // One takes a byte at least.
+        let mut items = Vec::with_capacity(count.min(from.len()));
+        for _ in 0..count {
+            items.push(Self::read(from)?);
+        }
+        Some(items)
+    }
+
+    /// Reads some over others.
+    fn read_into(items: &mut [Self], from: &mut &[u8]) -> Option<()> {
+        for item in items {
+            *item = Self::read(from)?;
+        }
+        Some(())
+    }
 }
 
+// Numbers are most of what is written: many of them are one copy.
 macro_rules! number {
     ($($type:ty),*) => {$(
         impl Record for $type {
@@ -23,6 +49,28 @@ macro_rules! number {
                 let (bytes, rest) = from.split_first_chunk()?;
                 *from = rest;
                 Some(Self::from_le_bytes(*bytes))
+            }
+
+            fn write_all(items: &[Self], out: &mut Vec<u8>) {
+                let begin = out.len();
+                out.resize(begin + size_of_val(items), 0);
+                let (places, _) = out[begin..].as_chunks_mut();
+                places.iter_mut().zip(items).for_each(|(place, item)| *place = item.to_le_bytes());
+            }
+
+            fn read_all(count: usize, from: &mut &[u8]) -> Option<Vec<Self>> {
+                let (bytes, rest) = from.split_at_checked(count.checked_mul(size_of::<Self>())?)?;
+                *from = rest;
+                let (bytes, _) = bytes.as_chunks();
+                Some(bytes.iter().map(|bytes| Self::from_le_bytes(*bytes)).collect())
+            }
+
+            fn read_into(items: &mut [Self], from: &mut &[u8]) -> Option<()> {
+                let (bytes, rest) = from.split_at_checked(size_of_val(items))?;
+                *from = rest;
+                let (bytes, _) = bytes.as_chunks();
+                items.iter_mut().zip(bytes).for_each(|(item, bytes)| *item = Self::from_le_bytes(*bytes));
+                Some(())
             }
         }
     )*};
@@ -41,46 +89,41 @@ impl Record for bool {
 
 impl<T: Record + Copy, const N: usize> Record for [T; N] {
     fn write(&self, out: &mut Vec<u8>) {
-        for item in self {
-            item.write(out);
-        }
+        T::write_all(self, out);
     }
 
     fn read(from: &mut &[u8]) -> Option<Self> {
         const { assert!(N > 0, "an array of no items has no first one, which the others are filled with") };
         let mut items = [T::read(from)?; N];
-        for item in items.iter_mut().skip(1) {
-            *item = T::read(from)?;
-        }
+        T::read_into(&mut items[1..], from)?;
         Some(items)
+    }
+
+    fn write_all(items: &[Self], out: &mut Vec<u8>) {
+        T::write_all(items.as_flattened(), out);
+    }
+
+    fn read_into(items: &mut [Self], from: &mut &[u8]) -> Option<()> {
+        T::read_into(items.as_flattened_mut(), from)
     }
 }
 
 impl<T: Record> Record for Vec<T> {
     fn write(&self, out: &mut Vec<u8>) {
         (self.len() as u32).write(out);
-        for item in self {
-            item.write(out);
-        }
+        T::write_all(self, out);
     }
 
     fn read(from: &mut &[u8]) -> Option<Self> {
         let len = u32::read(from)? as usize;
-        // An item takes a byte at least.
-        let mut items = Self::with_capacity(len.min(from.len()));
-        for _ in 0..len {
-            items.push(T::read(from)?);
-        }
-        Some(items)
+        T::read_all(len, from)
     }
 }
 
 impl<T: Record> Record for Box<[T]> {
     fn write(&self, out: &mut Vec<u8>) {
         (self.len() as u32).write(out);
-        for item in self {
-            item.write(out);
-        }
+        T::write_all(self, out);
     }
 
     fn read(from: &mut &[u8]) -> Option<Self> {
