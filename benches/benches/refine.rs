@@ -1,7 +1,7 @@
-//! Solving for poses with planes and landmarks: rooms with ten planes and seven objects each, which every third
-//! pose in them has seen; in a row, as a building in which each room is entered twice, and as one hall whose
-//! 60 planes and 40 objects are seen all the time.
-//! Also solving the field's pose graphs, where the data folder has them.
+//! Solving for poses with planes and landmarks: rooms with ten planes and seven objects each, which every
+//! third pose in them has seen; in a row, as a building in which each room is entered twice, and as one hall
+//! whose 60 planes and 40 objects are seen all the time. Also solving the field's pose graphs, where the data
+//! folder has them.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use dymlm_core::{Pose, SplitMix64};

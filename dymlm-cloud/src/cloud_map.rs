@@ -118,8 +118,8 @@ pub enum Selection {
     Static,
 }
 
-/// Number of blocks that are fetched from memory at once: with some 50 voxels each they fit into a processor's
-/// nearest cache.
+/// Number of blocks that are fetched from memory at once: with some 50 voxels each they fit into a
+/// processor's nearest cache.
 const FETCHED: usize = 16;
 
 impl CloudMap {
@@ -326,8 +326,8 @@ impl CloudMap {
         self.own_bytes(None)
     }
 
-    /// Approximate bytes that the map does not share with another state of it. O(blocks that they do not share
-    /// + blocks / 64).
+    /// Approximate bytes that the map does not share with another state of it. O(blocks that they do not
+    /// share + blocks / 64).
     pub fn memory_bytes_beside(&self, other: &Self) -> usize {
         self.own_bytes(Some(other))
     }

@@ -35,8 +35,8 @@ const VOTE_UNIT: f32 = 12.0;
 /// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether a mover
 /// stands there each cell decides for itself, since movers touch what does not move.
 ///
-/// Verdicts are kept. They are made anew for the blocks whose evidence has changed, and counted again where votes
-/// of the cells around have changed.
+/// Verdicts are kept. They are made anew for the blocks whose evidence has changed, and counted again where
+/// votes of the cells around have changed.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; `None` where nothing was ever read.
@@ -75,8 +75,8 @@ impl Default for BlockVerdict {
 }
 
 impl VerdictGrid {
-    /// Takes in what has changed in the evidence since the last call. O(blocks that changed), the votes around only
-    /// where a vote has changed.
+    /// Takes in what has changed in the evidence since the last call. O(blocks that changed), the votes
+    /// around only where a vote has changed.
     pub(crate) fn refresh(&mut self, evidence: &Evidence, looks_per_reading: f32) {
         let blocks = evidence.blocks();
         self.blocks.grow(blocks.blocks().len(), || None);
@@ -171,8 +171,8 @@ impl VerdictGrid {
         &self.stamps
     }
 
-    /// The cells that are part of the static world in the evidence's block at a slot. Verdicts in the file stay
-    /// there.
+    /// The cells that are part of the static world in the evidence's block at a slot. Verdicts in the file
+    /// stay there.
     pub(crate) fn statics(&self, slot: usize) -> Option<CellBits> {
         self.blocks.get(slot)?.as_ref().map(|block| block.look().statics)
     }
@@ -239,8 +239,8 @@ impl VerdictGrid {
         let mut votes = [0; PADDED * PADDED * PADDED];
         for Neighbor { step, key } in key.neighborhood() {
             let Some(block) = self.block(evidence, key.block()) else { continue };
-            // Along an axis: the last cell of the block before, all of this one, the first of the one after; and
-            // where the first of them goes.
+            // Along an axis: the last cell of the block before, all of this one, the first of the one after;
+            // and where the first of them goes.
             let [(xs, px), (ys, py), (zs, pz)] = step.map(|step| match step {
                 -1 => (BLOCK_SIDE - 1..BLOCK_SIDE, 0),
                 0 => (0..BLOCK_SIDE, 1),

@@ -217,8 +217,8 @@ impl SharedKept {
         verdicts.list_bytes_beside(&VerdictGrid::default()) + cloud.list_bytes_beside(&StaticCloud::default())
     }
 
-    /// Bytes of memory of the verdicts on some blocks of the evidence, and of the static points of some blocks
-    /// of voxels.
+    /// Bytes of memory of the verdicts on some blocks of the evidence, and of the static points of some
+    /// blocks of voxels.
     pub(crate) fn block_bytes(
         &self,
         evidence: impl IntoIterator<Item = usize>,

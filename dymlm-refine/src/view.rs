@@ -1,7 +1,7 @@
 use nalgebra::{Isometry3, SMatrix, SVector};
 
-/// What a pose has seen of a thing that has three unknowns: a plane, or a landmark. Its error has `R` numbers,
-/// in standard deviations.
+/// What a pose has seen of a thing that has three unknowns: a plane, or a landmark. Its error has `R`
+/// numbers, in standard deviations.
 pub(crate) trait View<const R: usize>: Sized {
     /// The thing in the world.
     type Thing;

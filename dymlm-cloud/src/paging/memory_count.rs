@@ -1,7 +1,7 @@
 use crate::{CloudMap, block_store::BlockStore};
 
-/// The memory of a map, counted a part of its blocks a frame: a count of all at once would be a pause that grows
-/// with the map.
+/// The memory of a map, counted a part of its blocks a frame: a count of all at once would be a pause that
+/// grows with the map.
 #[derive(Debug, Default)]
 pub(super) struct MemoryCount {
     /// Bytes of the blocks that have been counted.
@@ -12,8 +12,8 @@ pub(super) struct MemoryCount {
 }
 
 impl MemoryCount {
-    /// Counts blocks up to a share of all, which is 1 in the last call: new blocks come last, so that none is left
-    /// out.
+    /// Counts blocks up to a share of all, which is 1 in the last call: new blocks come last, so that none is
+    /// left out.
     pub(super) fn go_on(&mut self, map: &CloudMap, share: f64) {
         let to = |blocks: usize| (blocks as f64 * share) as usize;
         let voxels = self.voxels..to(map.voxels.blocks().len());
@@ -29,7 +29,8 @@ impl MemoryCount {
 }
 
 impl CloudMap {
-    /// Bytes of memory of some blocks of the evidence and of voxels, by their slots, with what is known of them.
+    /// Bytes of memory of some blocks of the evidence and of voxels, by their slots, with what is known of
+    /// them.
     pub(super) fn block_bytes(
         &self,
         evidence: impl IntoIterator<Item = usize> + Clone,

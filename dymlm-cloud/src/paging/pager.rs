@@ -8,21 +8,21 @@ use super::{PageFile, PageOut};
 use crate::CloudMap;
 use crate::block_store::BlockKey;
 
-/// Frames between two choices of the blocks that go. In each of them as many are written, so that no frame waits for
-/// many.
+/// Frames between two choices of the blocks that go. In each of them as many are written, so that no frame
+/// waits for many.
 const INTERVAL: u32 = 16;
 /// What has been seen in so many frames before blocks are chosen stays in memory.
 const RECENT: u32 = 12;
-/// One in so many bytes is what the allocator adds for its own numbers and by rounding up: with 487 MB counted, 510
-/// were in use.
+/// One in so many bytes is what the allocator adds for its own numbers and by rounding up: with 487 MB
+/// counted, 510 were in use.
 const ALLOCATOR: usize = 20;
 
 /// Keeps a cloud map within a memory budget: blocks that no frame has seen for longest go to a file, and come
 /// back when a frame or a query reaches them. The map is the same, to the bit.
 ///
-/// A block goes as it is, whether the static cloud has taken in its last changes or not: that costs as much later as
-/// before, and nothing when nobody asks. Who then asks for the static cloud of a map whose blocks are mostly in the
-/// file has it worked out in batches, which leave them there.
+/// A block goes as it is, whether the static cloud has taken in its last changes or not: that costs as much
+/// later as before, and nothing when nobody asks. Who then asks for the static cloud of a map whose blocks
+/// are mostly in the file has it worked out in batches, which leave them there.
 #[derive(Debug)]
 pub struct CloudPager {
     file: Arc<PageFile>,
@@ -36,8 +36,8 @@ pub struct CloudPager {
     settled: u32,
     /// The revisions [`RECENT`] frames before blocks were chosen last, and before they are chosen next.
     aged: [u32; 2],
-    /// Bytes of the map when blocks were chosen last, without these blocks, and how many it had got until then
-    /// since the time before.
+    /// Bytes of the map when blocks were chosen last, without these blocks, and how many it had got until
+    /// then since the time before.
     left: usize,
     growth: usize,
 }
@@ -65,8 +65,8 @@ impl CloudPager {
     }
 
     /// Pages out some blocks when the map is about to take more than `budget` bytes of memory. Call it once a
-    /// frame, with one map. What the last 12 frames have seen stays in memory, whatever the budget. `budget` is
-    /// asked in each 16th call.
+    /// frame, with one map. What the last 12 frames have seen stays in memory, whatever the budget. `budget`
+    /// is asked in each 16th call.
     ///
     /// # Errors
     ///
@@ -97,8 +97,8 @@ impl CloudPager {
 
     /// Chooses the blocks to go, so many that the map will not be too large when blocks are chosen again.
     fn choose(&mut self, map: &mut CloudMap, budget: usize) {
-        // Verdicts look at blocks that have changed: those that go must have theirs. Mostly somebody has asked for
-        // them lately.
+        // Verdicts look at blocks that have changed: those that go must have theirs. Mostly somebody has
+        // asked for them lately.
         let [earlier, aged] = self.aged;
         if map.kept.judged() < earlier {
             drop(map.verdicts());
@@ -114,12 +114,12 @@ impl CloudPager {
         self.left = bytes - self.choose_oldest(map, excess).min(bytes);
     }
 
-    /// Chooses blocks that free so many bytes, those first that no frame has seen for longest; returns how many bytes
-    /// they free.
+    /// Chooses blocks that free so many bytes, those first that no frame has seen for longest; returns how
+    /// many bytes they free.
     fn choose_oldest(&mut self, map: &CloudMap, excess: usize) -> usize {
         let (mut gone, settled) = (0, self.settled);
-        // What a query has brought back of blocks that were in the file goes only when the others do not suffice:
-        // finding it means looking into each of them.
+        // What a query has brought back of blocks that were in the file goes only when the others do not
+        // suffice: finding it means looking into each of them.
         for is_filed in [false, true] {
             if gone >= excess {
                 break;

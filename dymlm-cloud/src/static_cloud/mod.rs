@@ -21,20 +21,20 @@ use fusion::{Layer, Renewal, Renewals};
 pub(crate) use surface::Moments;
 use surface::Surface;
 
-/// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for all
-/// blocks of a map that is read for the first time would be a third of the map again. A frame changes fewer
-/// blocks, so that its changes are taken in at once: what lies beside a batch is worked out twice.
+/// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for
+/// all blocks of a map that is read for the first time would be a third of the map again. A frame changes
+/// fewer blocks, so that its changes are taken in at once: what lies beside a batch is worked out twice.
 const BATCH: usize = 1 << 14;
-/// The same in a map with a budget of memory: a quarter, so that a batch and the blocks that are read for it take
-/// some 30 MB, and a seventh more time.
+/// The same in a map with a budget of memory: a quarter, so that a batch and the blocks that are read for it
+/// take some 30 MB, and a seventh more time.
 const SMALL_BATCH: usize = 1 << 12;
 
 /// The static part of the map, block by block, as of the last query: without ghosts, and without
 /// [noise](Thinning).
 ///
-/// Taking in changes costs what has changed. A voxel is judged anew when it has changed itself; when the surface
-/// of its block has reached or left it; when it was static and a voxel around has become heavier than its limit;
-/// or when it was noise and a voxel around has become lighter or a ghost.
+/// Taking in changes costs what has changed. A voxel is judged anew when it has changed itself; when the
+/// surface of its block has reached or left it; when it was static and a voxel around has become heavier than
+/// its limit; or when it was noise and a voxel around has become lighter or a ghost.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StaticCloud {
     /// By the slots of the voxels.
@@ -90,8 +90,9 @@ impl StaticCloud {
             && self.verdicts == source.verdicts.revision()
     }
 
-    /// Takes in what has changed since the last call. With a page file, blocks that are there stay there, and what
-    /// is worked out of them goes there as well; so does what is worked out of more blocks than a frame changes.
+    /// Takes in what has changed since the last call. With a page file, blocks that are there stay there, and
+    /// what is worked out of them goes there as well; so does what is worked out of more blocks than a frame
+    /// changes.
     pub(crate) fn refresh(&mut self, source: Source<'_>, file: Option<&Arc<PageFile>>) {
         let slots = self.take_in_new(source);
         let is_filed = |slot: &usize| source.voxels.blocks()[*slot].in_memory().is_none();

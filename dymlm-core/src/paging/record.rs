@@ -186,8 +186,8 @@ macro_rules! record {
     };
 }
 
-/// Implements [`Record`](crate::paging::Record) for enums of which each case holds one value or none, by the number
-/// of the case.
+/// Implements [`Record`](crate::paging::Record) for enums of which each case holds one value or none, by the
+/// number of the case.
 #[macro_export]
 macro_rules! record_of_cases {
     ($type:ty { $($number:literal => $case:ident $(($value:ident))?),* $(,)? }) => {

@@ -39,8 +39,8 @@ pub(super) fn complete(
     widen(&grown, depth, [!is_away, is_away], usual.depth, walls)
 }
 
-/// The same for an upright plate, a screen: its foot reaches as far before it as behind, and its length may be
-/// along the view.
+/// The same for an upright plate, a screen: its foot reaches as far before it as behind, and its length may
+/// be along the view.
 fn complete_plate(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, walls: &[Plane]) -> OrientedBox {
     let lengths = own.lengths();
     let hidden = [0, 1].map(|axis| hidden_ends(own, axis, views));
@@ -93,8 +93,9 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
     }
 }
 
-/// Moves the chosen ends of an axis, the one of low coordinates first, outwards until it has a given `length`,
-/// each by its share of what is missing, or up to a wall; unchanged when nothing is missing or no end is chosen.
+/// Moves the chosen ends of an axis, the one of low coordinates first, outwards until it has a given
+/// `length`, each by its share of what is missing, or up to a wall; unchanged when nothing is missing or no
+/// end is chosen.
 fn widen(own: &OrientedBox, axis: usize, ends: [bool; 2], length: f64, walls: &[Plane]) -> OrientedBox {
     let mut lengths = own.lengths();
     let missing = length - lengths[axis];
@@ -136,8 +137,8 @@ fn hidden_ends(own: &OrientedBox, axis: usize, views: &KeyViews) -> [bool; 2] {
     [-1.0, 1.0].map(|side| is_hidden(own, direction.map(|c| side * c), views))
 }
 
-/// Whether most of the views do not show the object's end in a direction (world): something occludes it, or it
-/// is the far end of a thing seen along that direction, a screen seen from its edge.
+/// Whether most of the views do not show the object's end in a direction (world): something occludes it, or
+/// it is the far end of a thing seen along that direction, a screen seen from its edge.
 fn is_hidden(own: &OrientedBox, direction: Vector3, views: &KeyViews) -> bool {
     let hides = |view: &KeyView| {
         let ray = unit(difference(own.center(), view.world_from_camera.translation()))?;

@@ -1,6 +1,7 @@
 use std::f64::consts::FRAC_PI_2;
 
-/// Finds the direction of a footprint's straight lines: a screen's panel, the legs of an L, the sides of a box.
+/// Finds the direction of a footprint's straight lines: a screen's panel, the legs of an L, the sides of a
+/// box.
 ///
 /// The points' places along and across a direction pile up when the footprint's lines run in that direction,
 /// wherever these lines are; the direction wins in which most pairs of points have the same place. This
@@ -19,8 +20,8 @@ const STEPS: i32 = 48;
 const FINE_STEPS: i32 = 8;
 /// Most points used.
 const MAX_POINTS: usize = 256;
-/// Points are at the same place when they are nearer to each other than this share of the footprint's root mean
-/// square radius. A lower value follows noise, a higher one finds no sides on a chair.
+/// Points are at the same place when they are nearer to each other than this share of the footprint's root
+/// mean square radius. A lower value follows noise, a higher one finds no sides on a chair.
 const SAME_PLACE: f64 = 0.06;
 /// Number of bins in which places are the same.
 const BINS: usize = 4;
@@ -66,8 +67,8 @@ impl EdgeAlignment {
         (self.points.iter().map(square).sum::<f64>() / count).sqrt()
     }
 
-    /// How many pairs of points have about the same place along an axis: each counts more the nearer its places
-    /// are, and nothing when they are `width` apart.
+    /// How many pairs of points have about the same place along an axis: each counts more the nearer its
+    /// places are, and nothing when they are `width` apart.
     fn pairs(&mut self, axis: [f64; 2], width: f64) -> u32 {
         let Self { points, places, bins } = self;
         places.clear();

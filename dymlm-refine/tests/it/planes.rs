@@ -122,8 +122,8 @@ fn wrong_loop_closures_are_left_out() {
     }
 }
 
-/// One face is seen by a third of the poses where another plane is, parallel and nearer: those views are named,
-/// and the poses are those without them.
+/// One face is seen by a third of the poses where another plane is, parallel and nearer: those views are
+/// named, and the poses are those without them.
 #[test]
 fn views_of_another_plane_are_left_out() {
     for seed in [8, 9, 10] {
@@ -202,7 +202,8 @@ fn what_nothing_holds_stays() {
 
     let [first, last] = graph.covariances(&solution, &[0, 39]).unwrap().try_into().unwrap();
     assert!(first == [[0.0; 6]; 6]);
-    // Of the translation along the wall's normal and along the vertical, which the cameras do not tilt far from.
+    // Of the translation along the wall's normal and along the vertical, which the cameras do not tilt far
+    // from.
     let across = solution.poses[39].inverse().rotate([1.0, 0.0, 0.0]);
     let up = solution.poses[39].inverse().rotate([0.0, 0.0, 1.0]);
     let deviation = |axis: [f64; 3]| {
