@@ -55,6 +55,7 @@ impl<K: Ord, V: Clone> SharedMap<K, V> {
         self.0.values().map(Arc::as_ref)
     }
 
+    #[cfg(feature = "state")]
     pub(crate) fn values_mut(&mut self) -> impl Iterator<Item = &mut V> {
         self.0.values_mut().map(Arc::make_mut)
     }
