@@ -167,10 +167,10 @@ impl Problem {
 fn solve(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dymlm-refine/optimize");
     group.sample_size(10);
-    let problems = [("row", Problem::row as fn(usize) -> Problem), ("building", Problem::building)];
-    for (name, problem) in problems.into_iter().chain([("hall", Problem::hall as fn(usize) -> Problem)]) {
-        for poses in [500, 5000] {
-            let graph = problem(poses).graph();
+    for poses in [500, 5000] {
+        let (row, building, hall) = (Problem::row(poses), Problem::building(poses), Problem::hall(poses));
+        for (name, problem) in [("row", row), ("building", building), ("hall", hall)] {
+            let graph = problem.graph();
             group.bench_function(BenchmarkId::new(name, poses), |bencher| {
                 bencher.iter(|| graph.optimize(&SolverConfig::default()).map(|solution| solution.final_cost));
             });

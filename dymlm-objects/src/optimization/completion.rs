@@ -44,11 +44,8 @@ pub(super) fn complete(
 fn complete_plate(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, walls: &[Plane]) -> OrientedBox {
     let lengths = own.lengths();
     let hidden = [0, 1].map(|axis| hidden_ends(own, axis, views));
-    // What is hidden may be longer than it was measured.
-    let misfit = |axis: usize, usual: f64| {
-        let excess = (lengths[axis].max(1e-3) / usual).ln();
-        if hidden[axis].contains(&true) { excess.max(0.0) } else { excess.abs() }
-    };
+    let misfit =
+        |axis: usize, usual: f64| misfit(lengths[axis].max(1e-3), usual, hidden[axis].contains(&true));
     let (length, width) = (prior.length.typical, prior.width.typical);
     let longer = usize::from(lengths[1] > lengths[0]);
     let is_longer_the_length = misfit(longer, length) + misfit(1 - longer, width)
@@ -82,15 +79,20 @@ fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> Us
         return UsualLengths { across: side, depth: side };
     }
     let misfit = |usual_across: f64, usual_depth: f64| {
-        let (wide, deep) = ((across / usual_across).ln(), (depth.max(1e-3) / usual_depth).ln().abs());
-        let wide = if is_cut { wide.max(0.0) } else { wide.abs() };
-        wide + deep
+        misfit(across, usual_across, is_cut) + misfit(depth.max(1e-3), usual_depth, false)
     };
     if misfit(length, width) <= misfit(width, length) {
         UsualLengths { across: length, depth: width }
     } else {
         UsualLengths { across: width, depth: length }
     }
+}
+
+/// How far a measured length is from the usual one, as the logarithm of their ratio. A length of which an end
+/// is hidden may be shorter than the thing.
+fn misfit(measured: f64, usual: f64, is_cut: bool) -> f64 {
+    let excess = (measured / usual).ln();
+    if is_cut { excess.max(0.0) } else { excess.abs() }
 }
 
 /// Moves the chosen ends of an axis, the one of low coordinates first, outwards until it has a given

@@ -2,7 +2,7 @@ use dymlm_core::vector3::{Vector3, along, any_across, cross, dot, unit};
 use dymlm_core::{ConfigError, Plane, Point, Pose, check_range};
 use dymlm_geometry::{MinimumAreaRectangleScratch, OrientedBox, PrincipalAxes, minimum_area_rectangle_with};
 
-use super::edge_alignment::{EdgeAlignment, trimmed_extent};
+use super::edge_alignment::EdgeAlignment;
 use crate::UprightPose;
 
 /// Settings of [`BoxFitter`].
@@ -245,6 +245,15 @@ impl BoxFitter {
     }
 }
 
+/// Least and greatest value when the share `trim` is left out at each end; `None` when there are no values.
+fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
+    let last = values.len().checked_sub(1)?;
+    let left_out = ((trim * values.len() as f64) as usize).min(last / 2);
+    let low = *values.select_nth_unstable_by(left_out, f64::total_cmp).1;
+    let high = *values.select_nth_unstable_by(last - left_out, f64::total_cmp).1;
+    Some([low, high])
+}
+
 /// Axes rotated about the third, so that the first points along `axis`, given in the first two.
 fn turned([long, wide, up]: [Vector3; 3], [x, y]: [f64; 2]) -> [Vector3; 3] {
     let long = [0, 1, 2].map(|k| x * long[k] + y * wide[k]);
@@ -253,4 +262,17 @@ fn turned([long, wide, up]: [Vector3; 3], [x, y]: [f64; 2]) -> [Vector3; 3] {
 
 fn finite(points: &[Point]) -> impl Iterator<Item = Vector3> + '_ {
     points.iter().filter(|point| point.iter().all(|c| c.is_finite())).map(|point| point.map(f64::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_outermost_are_left_out() {
+        let mut values: Vec<f64> = (0..100).map(|k| f64::from(k * 37 % 100)).collect();
+        assert_eq!(trimmed_extent(&mut values, 0.02), Some([2.0, 97.0]));
+        assert_eq!(trimmed_extent(&mut [3.0, -1.0], 0.02), Some([-1.0, 3.0]));
+        assert_eq!(trimmed_extent(&mut [], 0.02), None);
+    }
 }

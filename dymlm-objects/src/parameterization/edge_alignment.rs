@@ -88,15 +88,6 @@ impl EdgeAlignment {
     }
 }
 
-/// Least and greatest value when the share `trim` is left out at each end; `None` when there are no values.
-pub(super) fn trimmed_extent(values: &mut [f64], trim: f64) -> Option<[f64; 2]> {
-    let last = values.len().checked_sub(1)?;
-    let left_out = ((trim * values.len() as f64) as usize).min(last / 2);
-    let low = *values.select_nth_unstable_by(left_out, f64::total_cmp).1;
-    let high = *values.select_nth_unstable_by(last - left_out, f64::total_cmp).1;
-    Some([low, high])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,14 +118,6 @@ mod tests {
             let [x, y] = EdgeAlignment::default().find(&turned).unwrap();
             assert!((y.atan2(x) - angle).abs() < 0.015, "{angle}: {}", y.atan2(x));
         }
-    }
-
-    #[test]
-    fn the_outermost_are_left_out() {
-        let mut values: Vec<f64> = (0..100).map(|k| f64::from(k * 37 % 100)).collect();
-        assert_eq!(trimmed_extent(&mut values, 0.02), Some([2.0, 97.0]));
-        assert_eq!(trimmed_extent(&mut [3.0, -1.0], 0.02), Some([-1.0, 3.0]));
-        assert_eq!(trimmed_extent(&mut [], 0.02), None);
     }
 
     #[test]
