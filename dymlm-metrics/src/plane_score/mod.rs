@@ -4,8 +4,10 @@ mod estimated_plane;
 mod placed_plane;
 mod report;
 
+use std::collections::BTreeMap;
+
 use asked_faces::{AskedFace, asked_faces};
-use criteria::{MIN_AREA, MIN_COVERAGE};
+use criteria::{MIN_AREA, MIN_COVERAGE, MIN_WIDTH};
 use dymlm_core::vector3::{cross, dot};
 pub use estimated_plane::EstimatedPlane;
 use placed_plane::{CellView, OnFace, PlacedPlane};
@@ -29,9 +31,11 @@ use crate::TrueFace;
 /// - **Recall** = faces found / faces asked for. A face is found if planes match it, and all of these
 ///   together cover at least a quarter of its visible area.
 /// - **Precision** = planes with a match / planes.
-/// - **Duplicates**: planes that match the same face as an earlier plane. On a face with reliefs, planes with
-///   most of their area on different members are not duplicates: a map may distinguish a keyboard from the
-///   desk, but need not.
+/// - **Duplicates**: planes that match the same face as an earlier plane, on the same visible piece of it. A
+///   face has several pieces where unseen strips of at least 10 cm part what was seen: a wall on both sides of
+///   a door whose lintel was never in view may be one plane or two, as two desks of one height are. On a face
+///   with reliefs, planes with most of their area on different members are not duplicates: a map may
+///   distinguish a keyboard from the desk, but need not.
 /// - **Wrongly merged**: planes with more than 0.08 m2 on each of several faces asked for.
 /// - **Area recall** = visible area of the faces asked for that any plane covers / their visible area. **Area
 ///   precision** = area of the planes on parts of faces with a reading / (that area + area on no face). Area
@@ -78,7 +82,7 @@ pub fn score_planes(planes: &[EstimatedPlane], faces: &[TrueFace]) -> PlaneScore
         planes: planes.len(),
         unmatched: (0..planes.len()).filter(|index| !matched(index)).collect(),
         faces: asked.iter().map(|face| score_face(face, &matches, &placed, &readings, faces)).collect(),
-        duplicates: find_duplicates(&matches),
+        duplicates: find_duplicates(&matches, &placed, faces),
         wrongly_merged: find_merged(&readings, &asked),
         visible_area,
         area_recall: (visible_area > 0.0).then(|| covered / visible_area),
@@ -222,12 +226,46 @@ fn score_face(
     }
 }
 
-fn find_duplicates(matches: &[PlaneMatch]) -> Vec<DuplicatePlane> {
-    let duplicate = |(k, found): (usize, &PlaneMatch)| {
-        let of = matches[..k].iter().find(|earlier| earlier.face == found.face)?;
-        Some(DuplicatePlane { plane: found.plane, of: of.plane })
-    };
-    matches.iter().enumerate().filter_map(duplicate).collect()
+fn find_duplicates(
+    matches: &[PlaneMatch],
+    placed: &[Option<PlacedPlane<'_>>],
+    faces: &[TrueFace],
+) -> Vec<DuplicatePlane> {
+    let mut duplicates = Vec::new();
+    for (index, face) in faces.iter().enumerate() {
+        let planes: Vec<usize> =
+            matches.iter().filter(|found| found.face == face.id).map(|found| found.plane).collect();
+        if planes.len() < 2 {
+            continue;
+        }
+        let pieces = face.cells.visible_pieces(MIN_WIDTH);
+        let mut first_on: BTreeMap<Option<usize>, usize> = BTreeMap::new();
+        for plane in planes {
+            let Some(placed) = &placed[plane] else { continue };
+            let of = *first_on.entry(main_piece(placed, index, face, &pieces)).or_insert(plane);
+            if of != plane {
+                duplicates.push(DuplicatePlane { plane, of });
+            }
+        }
+    }
+    duplicates.sort_unstable_by_key(|duplicate| duplicate.plane);
+    duplicates
+}
+
+/// The visible piece of a face that a plane covers most of; `None` when it covers nothing seen.
+fn main_piece(
+    placed: &PlacedPlane<'_>,
+    index: usize,
+    face: &TrueFace,
+    pieces: &[Option<usize>],
+) -> Option<usize> {
+    let mut cells_on: BTreeMap<usize, usize> = BTreeMap::new();
+    for (covered, piece) in placed.covered(face, |other| other == index).into_iter().zip(pieces) {
+        if let (true, Some(piece)) = (covered, piece) {
+            *cells_on.entry(*piece).or_insert(0) += 1;
+        }
+    }
+    cells_on.into_iter().max_by_key(|&(_, cells)| cells).map(|(piece, _)| piece)
 }
 
 fn find_merged(readings: &[Reading], asked: &[AskedFace]) -> Vec<MergedPlane> {

@@ -15,7 +15,7 @@ pub struct PlaneScore {
     pub unmatched: Vec<usize>,
     /// The faces asked for, each with its reliefs, by ascending id.
     pub faces: Vec<FaceScore>,
-    /// Planes that match the same face as an earlier plane, by ascending index.
+    /// Planes on the same visible piece of a face as an earlier plane, by ascending index.
     pub duplicates: Vec<DuplicatePlane>,
     /// Planes that cover substantial parts of several faces asked for, by ascending index.
     pub wrongly_merged: Vec<MergedPlane>,
@@ -94,14 +94,14 @@ pub enum FaceState {
     Missed,
 }
 
-/// A plane that matches the same face as an earlier plane.
+/// A plane on the same visible piece of a face as an earlier plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DuplicatePlane {
     /// Index of the plane.
     pub plane: usize,
-    /// Index of the first plane that matches the face.
+    /// Index of the first plane on that piece.
     pub of: usize,
 }
 

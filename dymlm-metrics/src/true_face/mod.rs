@@ -2,6 +2,7 @@
 
 mod cell_raster;
 mod rings;
+mod visible_pieces;
 
 pub use cell_raster::CellRaster;
 use dymlm_core::Plane;

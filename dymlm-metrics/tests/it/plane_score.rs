@@ -134,6 +134,47 @@ fn a_plane_doubled_is_a_duplicate() {
     );
 }
 
+/// The true face of a wall of 4 x 2.5 m, of which the columns of cells for which `is_seen` holds were seen.
+fn partly_seen_wall(is_seen: impl Fn(f64) -> bool) -> TrueFace {
+    let whole = face(0, [0.0, 0.0, 1.25], X, Z, [4.0, 2.5]);
+    let mut cells = whole.cells().clone();
+    for (cell, seen) in cells.seen.iter_mut().enumerate() {
+        *seen = is_seen(cells.raster.center(cell)[0]);
+    }
+    cells.read.clone_from(&cells.seen);
+    TrueFace::from_cells(0, whole.plane, whole.outline.clone(), cells)
+}
+
+#[test]
+fn planes_on_pieces_that_nothing_seen_connects_are_no_duplicates() {
+    let piece = |from: f64, to: f64| EstimatedPlane {
+        normal: [0.0, -1.0, 0.0],
+        d: 0.0,
+        boundary: vec![rectangle([f64::midpoint(from, to), 0.0, 1.25], X, Z, [to - from, 2.5])],
+    };
+    // A wall on both sides of a door, 90 cm wide, whose lintel was not seen.
+    let planes = [piece(-2.0, -0.5), piece(0.4, 2.0)];
+    let parted = partly_seen_wall(|x| !(-0.5..0.4).contains(&x));
+    let score = self::score(&planes, std::slice::from_ref(&parted));
+    assert_eq!((score.recall(), score.precision(), score.duplicates.len()), (Some(1.0), Some(1.0), 0));
+    // One plane for both is right as well.
+    let one = self::score(
+        &[EstimatedPlane { boundary: parted.visible_boundary(), ..planes[0].clone() }],
+        &[parted],
+    );
+    assert_eq!((one.recall(), one.precision(), one.duplicates.len()), (Some(1.0), Some(1.0), 0));
+
+    // A second plane on one of the pieces is a duplicate of the plane there.
+    let parted = partly_seen_wall(|x| !(-0.5..0.4).contains(&x));
+    let doubled = self::score(&[planes[0].clone(), planes[1].clone(), piece(0.5, 1.9)], &[parted]);
+    assert_eq!((doubled.duplicates.len(), doubled.duplicates[0].plane, doubled.duplicates[0].of), (1, 2, 1));
+
+    // Nothing but a narrow strip was not seen, or the planes alone leave the middle out.
+    for wall in [partly_seen_wall(|x| !(0.0..0.06).contains(&x)), partly_seen_wall(|_| true)] {
+        assert_eq!(self::score(&planes, &[wall]).duplicates.len(), 1);
+    }
+}
+
 #[test]
 fn two_desks_in_one_plane_are_wrongly_merged() {
     let faces = room();
