@@ -8,7 +8,7 @@ use dymlm_geometry::OrientedBox;
 use crate::association::{Associator, visible_iou};
 use crate::object_map::ObjectLimits;
 use crate::optimization::{
-    Existence, PRIOR_SLACK, Proposal, Reparameterizer, are_duplicates, judge_existence,
+    Existence, PRIOR_SLACK, Proposal, Reparameterizer, are_duplicates, judge_existence, may_touch,
 };
 use crate::parameterization::{Parameterizer, Vertical};
 use crate::{
@@ -59,8 +59,8 @@ pub struct ObjectMapper {
     matches: Vec<Option<Birth>>,
     /// The objects that the frame may show and those that it created, the oldest first.
     in_view: Vec<Birth>,
-    /// The objects that the frame observed.
-    observed: Vec<Birth>,
+    /// The objects that the frame observed, and the indices of their observations.
+    observed: Vec<(Birth, usize)>,
     /// The objects whose boxes changed, which may therefore have become duplicates of others.
     pub(crate) changed: BTreeSet<Birth>,
     near: Vec<Birth>,
@@ -202,12 +202,48 @@ impl ObjectMapper {
                 Some(object) if self.held.contains(&object) => {
                     self.reject(observation.detection, RejectionCause::Occupied);
                 }
-                Some(object) => self.update_object(view, observation, object, planes),
-                None => self.create_object(view, observation, planes),
+                Some(object) => self.update_object(view, index, observation, object, planes),
+                None => self.create_object(view, index, observation, planes),
             }
         }
         self.observations = observations;
         self.observed.sort_unstable();
+        self.note_seen_apart();
+    }
+
+    /// Notes which of the observed objects that touch were detected as two things of one label: neither
+    /// observation has its centroid in the other's box, as the seat of a chair has in the chair's.
+    fn note_seen_apart(&mut self) {
+        let observed = std::mem::take(&mut self.observed);
+        let centroid_in = |centroid: usize, of: usize| {
+            let (centroid, of) = (&self.observations[centroid], &self.observations[of]);
+            of.fit.oriented_box.contains(centroid.centroid)
+        };
+        let mut pairs = Vec::new();
+        for &(birth, own) in &observed {
+            let Some(object) = self.map.born(birth) else { continue };
+            self.map.index.within(bounds(object.oriented_box.corners()), &mut self.near);
+            for &neighbour in self.near.iter().filter(|&&neighbour| neighbour > birth) {
+                let Ok(place) = observed.binary_search_by_key(&neighbour, |(birth, _)| *birth) else {
+                    continue;
+                };
+                let (other, is_near) = (observed[place].1, |other| may_touch(object, other));
+                let is_pair = self
+                    .map
+                    .born(neighbour)
+                    .is_some_and(|other| other.label == object.label && is_near(other));
+                if is_pair && !centroid_in(own, other) && !centroid_in(other, own) {
+                    pairs.push((birth, neighbour));
+                }
+            }
+        }
+        for (birth, neighbour) in pairs {
+            let object = self.map.place(birth).and_then(|place| self.map.objects.get_mut(place));
+            if let Some(object) = object {
+                Arc::make_mut(object).seen_apart.note(neighbour);
+            }
+        }
+        self.observed = observed;
     }
 
     /// Judges existence, removes ghosts, merges duplicates, and confirms objects or withdraws that.
@@ -353,6 +389,7 @@ impl ObjectMapper {
     fn update_object(
         &mut self,
         view: &ObjectView<'_>,
+        index: usize,
         observation: &ObjectObservation,
         birth: Birth,
         planes: &dyn SupportingPlanes,
@@ -361,7 +398,7 @@ impl ObjectMapper {
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
         let object = Arc::make_mut(object);
         let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
-        self.observed.push(birth);
+        self.observed.push((birth, index));
         self.report.observed.push((observation.detection, object.id));
         self.changed.insert(birth);
         self.supports.extend(observation.support.and_then(|support| support.id));
@@ -390,6 +427,7 @@ impl ObjectMapper {
     fn create_object(
         &mut self,
         view: &ObjectView<'_>,
+        index: usize,
         observation: &ObjectObservation,
         planes: &dyn SupportingPlanes,
     ) {
@@ -419,7 +457,7 @@ impl ObjectMapper {
         self.map.index.place(&object);
         self.map.objects.push(Arc::new(object));
         self.report.created.push(id);
-        self.observed.push(birth);
+        self.observed.push((birth, index));
         self.report.observed.push((observation.detection, id));
         self.in_view.push(birth);
         self.changed.insert(birth);
@@ -464,7 +502,7 @@ impl ObjectMapper {
 
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
         for &birth in &self.in_view {
-            if self.observed.binary_search(&birth).is_ok() || self.held.contains(&birth) {
+            if self.is_observed(birth) || self.held.contains(&birth) {
                 continue;
             }
             let place = self.map.place(birth);
@@ -477,6 +515,11 @@ impl ObjectMapper {
             object.frames_in_view += 1;
             object.looked_through += u32::from(existence == Existence::Absent);
         }
+    }
+
+    /// Whether the frame observed an object.
+    fn is_observed(&self, birth: Birth) -> bool {
+        self.observed.binary_search_by_key(&birth, |(birth, _)| *birth).is_ok()
     }
 
     /// Removes objects that frames look through, and objects that were detected only once in many views.
@@ -524,11 +567,14 @@ impl ObjectMapper {
     /// the one that goes, which has fewer observations or, if equal, is the younger. `None` when there is no
     /// pair.
     fn find_duplicates(&mut self) -> Option<[Birth; 2]> {
+        let confirm = self.config.update.min_observations;
         while let Some(&birth) = self.changed.first() {
             if let Some(own) = self.map.born(birth) {
                 self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
                 let mut others = self.near.iter().filter_map(|&other| self.map.born(other));
-                if let Some(other) = others.find(|other| other.birth != birth && are_duplicates(own, other)) {
+                if let Some(other) =
+                    others.find(|other| other.birth != birth && are_duplicates(own, other, confirm))
+                {
                     let (first, last) = if own.birth < other.birth { (own, other) } else { (other, own) };
                     let last_goes = last.observations <= first.observations;
                     let (kept, removed) = if last_goes { (first, last) } else { (last, first) };

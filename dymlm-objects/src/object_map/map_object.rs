@@ -6,7 +6,7 @@ use dymlm_geometry::OrientedBox;
 
 use super::{
     BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ObjectSighting,
-    Sightings, ViewWeight,
+    SeenApart, Sightings, ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
 use crate::{
@@ -41,6 +41,7 @@ pub struct MapObject {
     pub(crate) centroids: CentroidCloud,
     pub(crate) key_views: KeyViews,
     pub(crate) sightings: Sightings,
+    pub(crate) seen_apart: SeenApart,
     pub(crate) motion: BoxMotion,
     /// Ids of the caller's map points on it, ascending.
     pub(crate) sighted_points: Vec<u64>,
@@ -111,6 +112,7 @@ impl MapObject {
         counts.iter().all(|&count| count < Self::MOST_FRAMES)
             && self.oriented_box.lengths().iter().all(|&length| length <= Self::LONGEST)
             && place.iter().all(|c| c.abs() < 1e9)
+            && self.seen_apart.is_possible()
             && self.first_seen.is_finite()
             && self.last_seen.is_finite()
             && self.sighted_points.is_sorted()
@@ -173,6 +175,7 @@ impl MapObject {
             + cloud
             + self.key_views.memory_bytes()
             + self.sightings.memory_bytes()
+            + self.seen_apart.memory_bytes()
             + self.supports.capacity() * size_of::<SupportVotes>()
             + self.sighted_points.capacity() * size_of::<u64>()
     }
@@ -279,6 +282,7 @@ impl MapObject {
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
             sightings: Sightings::default(),
+            seen_apart: SeenApart::default(),
             motion: BoxMotion::default(),
             sighted_points: Vec::new(),
             view: ViewWeight::default(),
@@ -393,6 +397,7 @@ impl MapObject {
         }
         self.key_views.merge(&other.key_views);
         self.sightings.merge(&other.sightings);
+        self.seen_apart.merge(&other.seen_apart);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;

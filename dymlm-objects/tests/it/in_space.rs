@@ -307,3 +307,22 @@ fn what_is_far_is_forgotten_unless_somebody_carries_it() {
     mapper.forget_outside([0.0; 3], f64::NAN);
     assert_eq!(mapper.map().len(), 2);
 }
+
+/// Two backs of chairs, 25 cm behind each other. Each alone is taken to be as deep as it is wide, so their boxes
+/// overlap.
+#[test]
+fn what_the_detector_sees_as_two_at_once_stays_two() {
+    let back = |y: f64, height: f64| upright([0.0, y, 0.5 * height], 0.0, [0.5, 0.05, height]);
+    let scene = room(vec![back(2.0, 0.7), back(2.25, 1.0)], &[]);
+    let count = |labels: fn(usize) -> &'static [(usize, &'static str)]| {
+        let mut mapper = mapper();
+        for step in 0..20 {
+            let pose = near([0.0, 0.2, 1.3], step, [0.0, 2.1, 0.5]);
+            show(&mut mapper, &scene, (0.1 * step as f64, pose), labels(step), &Walls(vec![]));
+        }
+        boxes(&mapper).len()
+    };
+    assert_eq!(count(|_| &[(0, "chair"), (1, "chair")]), 2);
+    // What is never seen as two may be one thing, found in two places.
+    assert_eq!(count(|step| if step % 2 == 0 { &[(0, "chair")] } else { &[(1, "chair")] }), 1);
+}

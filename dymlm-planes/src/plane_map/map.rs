@@ -286,15 +286,15 @@ impl PlaneMap {
         if mapped.patch.is_near(detected.centroid, self.config.voxel_size) {
             return true;
         }
-        let partitions = self.partitions([detected, mapped]);
+        let partitions = self.partitions([detected, mapped], self.criterion.max_offset());
         partitions.is_empty() || self.criterion.patches_adjoin(detected, mapped, region, &partitions)
     }
 
-    /// The confirmed planes that stand between two others.
-    fn partitions(&self, planes: [&FinitePlane<'_>; 2]) -> Vec<Partition> {
+    /// The confirmed planes that stand between two others, up to `unseen` metres beyond what was seen of them.
+    fn partitions(&self, planes: [&FinitePlane<'_>; 2], unseen: f64) -> Vec<Partition> {
         let [a, b] = planes.map(|plane| self.criterion.near(plane));
         let near = self.confirmed_near(a.intersection(&b));
-        self.criterion.partitions(planes, near.map(MapPlane::finite))
+        self.criterion.partitions(planes, near.map(MapPlane::finite), unseen)
     }
 
     fn fuse(

@@ -63,7 +63,9 @@ impl PlaneMap {
         (region, near)
     }
 
-    /// The gap between two planes of the map that may be one surface behind something.
+    /// The gap between two planes of the map that may be one surface behind something: where no wall stands
+    /// between them. What may hide a strip of a surface may also hide the end of a wall, so walls are taken to
+    /// go on by the largest gap.
     fn gap_between(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<Gap> {
         let (into, from) = in_order(a, b);
         let (from, into) = (from.finite(), into.finite());
@@ -72,7 +74,7 @@ impl PlaneMap {
             return None;
         }
         self.criterion.test_across_gap(&from, &into)?;
-        Gap::between(&from, &into, voxel_size, width, region, &self.partitions([&from, &into]))
+        Gap::between(&from, &into, voxel_size, width, region, &self.partitions([&from, &into], width))
     }
 
     /// Merges planes that this key frame has touched with planes that are one with them, best pair first.
@@ -125,6 +127,8 @@ impl PlaneMap {
         let least = self.config.min_observations;
         let is_occluded = self.gaps.is_occluded(pair_of(merge.from, merge.into), least);
         let agreement = is_occluded.then(|| self.criterion.test_across_gap(&from, &into)).flatten()?;
+        // A wall may have been found in the gap since.
+        self.gap_between(a, b, region)?;
         Some(found(Tie::OccludedGap, &agreement))
     }
 

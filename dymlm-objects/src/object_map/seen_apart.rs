@@ -1,0 +1,46 @@
+use dymlm_core::Birth;
+
+/// How often an object was detected together with each of its neighbours of the same label, as two things in
+/// one frame. What a detector saw as two things is not one, however well two boxes overlap.
+#[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct SeenApart {
+    /// By ascending birth of the neighbour.
+    frames: Vec<(Birth, u32)>,
+}
+
+impl SeenApart {
+    /// Whether its numbers are plausible; a damaged file may hold others.
+    #[cfg(feature = "state")]
+    pub(crate) fn is_possible(&self) -> bool {
+        self.frames.is_sorted_by(|a, b| a.0 < b.0) && self.frames.iter().all(|(_, frames)| *frames < 1 << 31)
+    }
+
+    /// Counts one more frame with a neighbour.
+    pub(crate) fn note(&mut self, neighbour: Birth) {
+        self.add(neighbour, 1);
+    }
+
+    /// The frames with a neighbour.
+    pub(crate) fn frames_with(&self, neighbour: Birth) -> u32 {
+        let place = self.frames.binary_search_by_key(&neighbour, |(birth, _)| *birth);
+        place.map_or(0, |place| self.frames[place].1)
+    }
+
+    /// Adds the frames of a merged object.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        other.frames.iter().for_each(|(birth, frames)| self.add(*birth, *frames));
+    }
+
+    /// Bytes that the list owns.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.frames.capacity() * size_of::<(Birth, u32)>()
+    }
+
+    fn add(&mut self, neighbour: Birth, frames: u32) {
+        match self.frames.binary_search_by_key(&neighbour, |(birth, _)| *birth) {
+            Ok(place) => self.frames[place].1 = self.frames[place].1.saturating_add(frames),
+            Err(place) => self.frames.insert(place, (neighbour, frames)),
+        }
+    }
+}
