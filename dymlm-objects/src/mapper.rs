@@ -77,6 +77,8 @@ const REACH: f64 = 1e8;
 /// the object. A lower value loses things before or behind other objects, a higher one creates objects from
 /// what was found beside an object instead of it.
 const LOOKS_LIKE: f64 = 0.4;
+/// Most points of an observation that are looked up in an object's cloud.
+const MOST_CHECKED: usize = 64;
 /// Most merges per frame; further ones wait for the next frame.
 const MAX_MERGES: usize = 16;
 /// Frames in view after which an object that was detected only once is removed.
@@ -208,17 +210,14 @@ impl ObjectMapper {
         }
         self.observations = observations;
         self.observed.sort_unstable();
-        self.note_seen_apart();
+        self.note_seen_apart(view);
     }
 
     /// Notes which of the observed objects that touch were detected as two things of one label: neither
-    /// observation has its centroid in the other's box, as the seat of a chair has in the chair's.
-    fn note_seen_apart(&mut self) {
+    /// observation lies on the other's surface, as what is found of a hidden chair may lie on the chair that
+    /// hides it.
+    fn note_seen_apart(&mut self, view: &ObjectView<'_>) {
         let observed = std::mem::take(&mut self.observed);
-        let centroid_in = |centroid: usize, of: usize| {
-            let (centroid, of) = (&self.observations[centroid], &self.observations[of]);
-            of.fit.oriented_box.contains(centroid.centroid)
-        };
         let mut pairs = Vec::new();
         for &(birth, own) in &observed {
             let Some(object) = self.map.born(birth) else { continue };
@@ -227,12 +226,10 @@ impl ObjectMapper {
                 let Ok(place) = observed.binary_search_by_key(&neighbour, |(birth, _)| *birth) else {
                     continue;
                 };
-                let (other, is_near) = (observed[place].1, |other| may_touch(object, other));
-                let is_pair = self
-                    .map
-                    .born(neighbour)
-                    .is_some_and(|other| other.label == object.label && is_near(other));
-                if is_pair && !centroid_in(own, other) && !centroid_in(other, own) {
+                let Some(other) = self.map.born(neighbour) else { continue };
+                let [own, its] = [own, observed[place].1].map(|index| &self.observations[index]);
+                let are_apart = || !holds_most(object, view, its) && !holds_most(other, view, own);
+                if other.label == object.label && may_touch(object, other) && are_apart() {
                     pairs.push((birth, neighbour));
                 }
             }
@@ -467,21 +464,12 @@ impl ObjectMapper {
     /// Whether most of an observation's points belong to a confirmed object with the same label or a matching
     /// projection: a cup is not part of the table to which its points were also added.
     fn is_occupied(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
-        let step = observation.points.len().div_ceil(64).max(1);
-        let places = || {
-            let chosen = observation.points.iter().step_by(step);
-            chosen.map(|point| view.world_from_camera.transform_point(point.map(f64::from)))
-        };
-        let count = places().count().max(1);
         // A thing that lies flat shares the cells of the table under it.
         let comparable = |object: &&MapObject| {
             (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
                 && (object.label == observation.label || looks_like(object, view, observation))
         };
-        self.confirmed_in_view().filter(comparable).any(|object| {
-            let shared = places().filter(|&place| object.cloud.holds(place)).count();
-            2 * shared >= count
-        })
+        self.confirmed_in_view().filter(comparable).any(|object| holds_most(object, view, observation))
     }
 
     /// Whether the detector most likely means a confirmed object that no detection of the frame was
@@ -614,6 +602,16 @@ impl ObjectMapper {
             }
         }
     }
+}
+
+/// Whether most of an observation's points lie on an object's surface.
+fn holds_most(object: &MapObject, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
+    let step = observation.points.len().div_ceil(MOST_CHECKED).max(1);
+    let places = observation.points.iter().step_by(step);
+    let places = places.map(|point| view.world_from_camera.transform_point(point.map(f64::from)));
+    let (held, all) =
+        places.fold((0, 0), |(held, all), place| (held + usize::from(object.cloud.holds(place)), all + 1));
+    2 * held >= all.max(1)
 }
 
 /// Whether an object's projection matches an observation's box.

@@ -115,6 +115,7 @@ pub(crate) const BLOCKS: &[Block] = &[
         columns: &[
             column("objects.objects", "objects", Unit::Count),
             column("objects.recall", "recall", Unit::Percent(1)),
+            column("objects.recall_of_detected", "of detected", Unit::Percent(1)),
             column("objects.precision", "precision", Unit::Percent(1)),
             column("objects.duplicates", "duplicates", Unit::Count),
             column("objects.iou", "3D IoU", Unit::Plain),

@@ -9,15 +9,14 @@ const SAME_IOU: f64 = 0.2;
 /// cup on a book part of the book.
 const SAME_IOU_OTHER_LABEL: f64 = 0.4;
 
-/// Whether two objects are duplicates. They are not when they were detected together as two things, in as many
-/// frames as `confirm` an object or in all that saw the lesser one.
+/// Whether two objects are duplicates: their boxes overlap, and the detector did not find them as two things
+/// at once, in as many frames as `confirm` an object or in all that saw the lesser one.
 pub(crate) fn are_duplicates(one: &MapObject, other: &MapObject, confirm: u32) -> bool {
-    let (a, b) = (&one.oriented_box, &other.oriented_box);
     let least = if one.label == other.label { SAME_IOU } else { SAME_IOU_OTHER_LABEL };
-    let apart = || one.seen_apart.frames_with(other.birth).max(other.seen_apart.frames_with(one.birth));
-    may_touch(one, other)
-        && apart() < confirm.min(one.observations).min(other.observations)
-        && a.iou(b) >= least
+    let apart = one.seen_apart.frames_with(other.birth).max(other.seen_apart.frames_with(one.birth));
+    apart < confirm.min(one.observations).min(other.observations)
+        && may_touch(one, other)
+        && one.oriented_box.iou(&other.oriented_box) >= least
 }
 
 /// Whether the bounding spheres of two objects' boxes touch.

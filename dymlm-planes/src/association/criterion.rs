@@ -169,12 +169,7 @@ mod tests {
     }
 
     fn plane(normal: [f64; 3], patch: &Patch) -> FinitePlane<'_> {
-        FinitePlane {
-            plane: Plane::new(normal, 0.0).unwrap(),
-            centroid: [0.0; 3],
-            spread: [0.0; 6],
-            patch,
-        }
+        FinitePlane { plane: Plane::new(normal, 0.0).unwrap(), centroid: [0.0; 3], spread: [0.0; 6], patch }
     }
 
     /// Two walls of rooms in one plane, 2.5 m high; of the wall between the rooms 1.5 m have been seen.
