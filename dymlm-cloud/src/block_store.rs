@@ -105,11 +105,19 @@ impl BlockKey {
         (Self(self.0 & !LOW), z << 4 | y << 2 | x)
     }
 
-    /// Which of the eight combinations of even and odd the coordinates of the block's cube are.
+    /// The lowest block of the block's neighbourhood.
     #[inline]
-    pub(crate) fn parity_of_cube(self) -> usize {
-        let [x, y, z] = [2, Self::BITS + 2, 2 * Self::BITS + 2].map(|shift| (self.0 >> shift & 1) as usize);
-        z << 2 | y << 1 | x
+    pub(crate) fn lowest_around(self) -> Self {
+        // Blocks that hold cells have others around them, so that no coordinate wraps.
+        Self(self.0.wrapping_sub(1 | 1 << Self::BITS | 1 << (2 * Self::BITS)))
+    }
+
+    /// The lowest block of the cube that lies as many cubes after that of this one, which is its lowest, along
+    /// each axis.
+    #[inline]
+    pub(crate) fn cube_after(self, [x, y, z]: [usize; 3]) -> Self {
+        let cubes = x as u64 | (y as u64) << Self::BITS | (z as u64) << (2 * Self::BITS);
+        Self(self.0 + CUBE_SIDE as u64 * cubes)
     }
 
     /// A number of 63 bits that identifies the block.
@@ -312,8 +320,22 @@ impl<B: Block> BlockStore<B> {
 
     /// All slots in the order of their keys, which does not depend on the order of insertion.
     pub(crate) fn sorted_slots(&self) -> Vec<usize> {
-        let mut slots: Vec<usize> = (0..self.keys.len()).collect();
-        slots.sort_unstable_by_key(|&slot| self.keys[slot]);
+        self.sorted_slots_after(&[])
+    }
+
+    /// The same; `earlier`: those that were there before the last blocks were added. These alone are sorted.
+    pub(crate) fn sorted_slots_after(&self, earlier: &[usize]) -> Vec<usize> {
+        let mut new: Vec<usize> = (earlier.len()..self.keys.len()).collect();
+        new.sort_unstable_by_key(|&slot| self.keys[slot]);
+        let mut slots = Vec::with_capacity(self.keys.len());
+        let mut rest = earlier;
+        for slot in new {
+            let (before, after) = rest.split_at(rest.partition_point(|&it| self.keys[it] < self.keys[slot]));
+            slots.extend_from_slice(before);
+            slots.push(slot);
+            rest = after;
+        }
+        slots.extend_from_slice(rest);
         slots
     }
 
@@ -453,6 +475,20 @@ mod tests {
             let all = (0..store.keys().len()).filter(|&slot| is_within(&store.keys()[slot]));
             assert!(found.into_iter().eq(all), "{first:?} {side}");
         }
+    }
+
+    #[test]
+    fn slots_are_sorted_into_those_that_were_sorted_before() {
+        let mut store = BlockStore::<Vec<u32>>::default();
+        let mut earlier = Vec::new();
+        for number in 0..300_i32 {
+            store.slot_or_insert(BlockKey::new([number * 37 % 11, number * 53 % 17, number * 7 % 5]));
+            if number % 41 == 0 {
+                earlier = store.sorted_slots_after(&earlier);
+                assert_eq!(earlier, store.sorted_slots());
+            }
+        }
+        assert!(earlier.iter().map(|&slot| store.keys()[slot]).is_sorted() && earlier.len() > 200);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use crate::block_store::{BlockStore, CellBits, NEIGHBORS, step_to};
-use crate::places::Places;
+use crate::block_store::{BLOCK_SIDE, BlockStore, CellBits, NEIGHBORS, step_to, union};
 use crate::slot_index::KeyHasher;
 use crate::static_cloud::Moments;
+use crate::thinning::Weights;
 use crate::voxel_block::VoxelBlock;
 
 /// What has changed in a block of voxels.
@@ -12,11 +12,12 @@ pub(crate) struct Change {
     pub(crate) slot: usize,
     /// 1 + the slot of its block of the evidence, or 0 as long as there is none.
     pub(crate) evidence: u32,
-    /// The voxels that are no ghosts, and their weights by rank.
-    pub(crate) firm: Places,
-    pub(crate) weights: Vec<f32>,
-    /// Whether one of these voxels looks for heavier ones around.
-    pub(crate) looks_around: bool,
+    /// The voxels that are no ghosts, their weights, and the greatest of these.
+    pub(crate) firm: CellBits,
+    pub(crate) weights: Box<Weights>,
+    pub(crate) heaviest: f32,
+    /// How far these voxels look for heavier ones around, whole voxels.
+    pub(crate) reach: u8,
     /// Those of these voxels that have other readings or another verdict than before.
     pub(crate) voxels: CellBits,
     pub(crate) effect: Effect,
@@ -36,8 +37,9 @@ pub(crate) struct Effect {
 /// A block with changes in it, or within reach of its voxels.
 pub(crate) struct Touched {
     pub(crate) slot: usize,
-    /// How these changes can affect its voxels.
+    /// How these changes can affect its voxels, and those that have any of them within reach.
     pub(crate) effect: Effect,
+    pub(crate) near: CellBits,
     /// Voxels through which its surface passes now, or has passed before, but not both.
     pub(crate) resurfaced: CellBits,
     /// 1 + the slots of the blocks around, itself among them; 0 where there is none or it is not known. Known
@@ -83,24 +85,27 @@ impl Changes {
         &self,
         voxels: &BlockStore<VoxelBlock>,
         refits: &[Refit],
-        looks_around: impl Fn(usize) -> bool,
+        reach: impl Fn(usize) -> u8,
     ) -> Vec<Touched> {
         let mut touched: Vec<Touched> =
             self.changes.iter().map(|change| Touched::untouched(change.slot)).collect();
         let mut indices = self.indices.clone();
         for (own, change) in self.changes.iter().enumerate() {
             touched[own].around = voxels.neighborhood(change.slot);
+            if !change.effect.is_any() {
+                continue;
+            }
+            let extent = change.extent();
             for (place, slot) in touched[own].around.into_iter().enumerate() {
                 let Some(slot) = (slot as usize).checked_sub(1) else { continue };
-                if !change.effect.is_any() || !looks_around(slot) {
-                    continue;
-                }
+                let Some(near) = extent.near(step_to(place), reach(slot)) else { continue };
                 let neighbor = Touched::at(slot, &mut touched, &mut indices);
                 neighbor.effect = neighbor.effect.join(change.effect);
+                neighbor.near = union(neighbor.near, near);
                 neighbor.around[NEIGHBORS - 1 - place] = change.slot as u32 + 1;
             }
         }
-        let resurfaced = |refit: &&Refit| refit.resurfaced != CellBits::default() && looks_around(refit.slot);
+        let resurfaced = |refit: &&Refit| refit.resurfaced != CellBits::default() && reach(refit.slot) > 0;
         for refit in refits.iter().filter(resurfaced) {
             Touched::at(refit.slot, &mut touched, &mut indices).resurfaced = refit.resurfaced;
         }
@@ -108,9 +113,65 @@ impl Changes {
     }
 }
 
+impl Change {
+    /// The box around all that has changed in the block.
+    fn extent(&self) -> Extent {
+        // What was lowered may be anywhere.
+        if self.effect.lowered == f32::INFINITY { Extent::WHOLE } else { Extent::of(&self.voxels) }
+    }
+}
+
+/// A box in a block: the lowest and the highest coordinates of its cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Extent {
+    low: [i32; 3],
+    high: [i32; 3],
+}
+
+impl Extent {
+    const WHOLE: Self = Self { low: [0; 3], high: [BLOCK_SIDE as i32 - 1; 3] };
+
+    /// The box around some cells; of none, a box that is near nothing.
+    fn of(cells: &CellBits) -> Self {
+        let side = BLOCK_SIDE as i32;
+        // A word is a layer, a byte of it is a row.
+        let layer = cells.iter().fold(0, |layer, word| layer | word);
+        let row = layer.to_le_bytes().into_iter().fold(0, |row, byte| row | byte);
+        let layers = cells.iter().rev().fold(0_u8, |layers, word| layers << 1 | u8::from(*word != 0));
+        let low = [
+            row.trailing_zeros() as i32,
+            layer.trailing_zeros() as i32 / side,
+            layers.trailing_zeros() as i32,
+        ];
+        let high =
+            [row.leading_zeros() as i32, layer.leading_zeros() as i32 / side, layers.leading_zeros() as i32];
+        Self { low, high: high.map(|zeros| side - 1 - zeros) }
+    }
+
+    /// The cells of the block to which `step` leads that have a cell of the box within `reach` along each axis;
+    /// `None` when there are none, or when they reach no other cell.
+    fn near(&self, step: [i32; 3], reach: u8) -> Option<CellBits> {
+        let (side, reach) = (BLOCK_SIDE as i32, i32::from(reach));
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+            let first = self.low[axis] - reach - side * step[axis];
+            let last = self.high[axis] + reach - side * step[axis];
+            first.max(0)..(last + 1).min(side)
+        });
+        let is_empty = self.low[0] > self.high[0];
+        if is_empty || reach == 0 || xs.is_empty() || ys.is_empty() || zs.is_empty() {
+            return None;
+        }
+        let row = 0xFF_u64 >> (side - xs.end) & 0xFF << xs.start;
+        let rows = u64::MAX >> (side * (side - ys.end)) & u64::MAX << (side * ys.start);
+        let layer = (row * 0x0101_0101_0101_0101) & rows;
+        Some(std::array::from_fn(|z| if zs.contains(&(z as i32)) { layer } else { 0 }))
+    }
+}
+
 impl Touched {
     fn untouched(slot: usize) -> Self {
-        Self { slot, effect: Effect::default(), resurfaced: CellBits::default(), around: [0; NEIGHBORS] }
+        let none = CellBits::default();
+        Self { slot, effect: Effect::default(), near: none, resurfaced: none, around: [0; NEIGHBORS] }
     }
 
     /// The block at a slot among those that are `touched`, added when it is not one of them; `indices`: where they
@@ -142,5 +203,39 @@ impl Effect {
 
     pub(crate) fn is_any(self) -> bool {
         self.raised > 0.0 || self.lowered > 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+    use crate::block_store::{BLOCK_CELLS, cell_in_block, has, put};
+
+    #[test]
+    fn the_cells_near_a_box_are_those_within_reach_of_one_of_its_cells() {
+        let mut random = SplitMix64::new(5);
+        let mut index = |count: usize| (count as f64 * random.fraction()) as usize;
+        for turn in 0..300 {
+            let mut cells = CellBits::default();
+            let corners: Vec<[i32; 3]> = (0..turn % 4).map(|_| cell_in_block(index(BLOCK_CELLS))).collect();
+            for [x, y, z] in corners.iter().map(|corner| corner.map(|c| c as usize)) {
+                put(&mut cells, z << 6 | y << 3 | x);
+            }
+            let (step, reach) = (step_to(index(NEIGHBORS)), index(9) as u8);
+            let near = Extent::of(&cells).near(step, reach).unwrap_or_default();
+            for place in 0..BLOCK_CELLS {
+                let cell = cell_in_block(place);
+                let is_near = |axis: usize| {
+                    let along = || corners.iter().map(|corner| corner[axis]);
+                    let c = cell[axis] + 8 * step[axis];
+                    let (low, high) = (along().min().unwrap_or(99), along().max().unwrap_or(-99));
+                    (low - i32::from(reach)..=high + i32::from(reach)).contains(&c)
+                };
+                let expected = reach > 0 && !corners.is_empty() && (0..3).all(is_near);
+                assert_eq!(has(&near, place), expected, "{cell:?}, {step:?}, {reach}, {corners:?}");
+            }
+        }
     }
 }

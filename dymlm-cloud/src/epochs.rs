@@ -355,6 +355,7 @@ mod tests {
         assert_eq!(Epochs::restored(periods(0)), None);
     }
 
+    #[cfg(feature = "state")]
     #[test]
     fn periods_longer_than_any_that_is_made_are_not_restored() {
         for level in [MAX_LEVEL + 1, 63, 64, u32::MAX] {

@@ -21,15 +21,20 @@ impl SlotIndex {
 
     /// 1 + the slots of the blocks in the neighbourhood of a block, or 0. Each cube is looked up only once.
     pub(crate) fn neighborhood(&self, key: BlockKey) -> [u32; NEIGHBORS] {
-        // A neighbourhood reaches into two cubes along each axis at most: an even one and an odd one.
-        let mut cubes = [None; 8];
-        let mut slots = [0; NEIGHBORS];
-        for (slot, neighbor) in slots.iter_mut().zip(key.neighborhood()) {
-            let (cube, place) = neighbor.key.in_cube();
-            let cube = cubes[cube.parity_of_cube()].get_or_insert_with(|| self.cubes.get(&cube));
-            *slot = cube.map_or(0, |cube| cube[place]);
-        }
-        slots
+        let (first, place) = key.lowest_around().in_cube();
+        // Coordinates in the cube of the lowest block around; those from 4 on are in the next cube.
+        let [x, y, z] = [place & 3, place >> 2 & 3, place >> 4];
+        let reached = [x, y, z].map(|c| usize::from(c + 2 >= 4));
+        let cubes: [_; 8] = std::array::from_fn(|number| {
+            let step = [number & 1, number >> 1 & 1, number >> 2];
+            let is_reached = (0..3).all(|axis| step[axis] <= reached[axis]);
+            is_reached.then(|| self.cubes.get(&first.cube_after(step))).flatten()
+        });
+        std::array::from_fn(|neighbor| {
+            let [x, y, z] = [x + neighbor % 3, y + neighbor / 3 % 3, z + neighbor / 9];
+            let cube = cubes[(z >> 2) << 2 | (y >> 2) << 1 | x >> 2];
+            cube.map_or(0, |cube| cube[(z & 3) << 4 | (y & 3) << 2 | x & 3])
+        })
     }
 
     /// The slots of the blocks in the cube that contains a block.

@@ -1,5 +1,7 @@
+use std::ops::Range;
+
 use crate::CloudMapConfig;
-use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block, for_each_bit};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, CellBits, cell_in_block, for_each_bit};
 use crate::places::Places;
 use crate::weighting::Weighting;
 
@@ -8,8 +10,14 @@ const MAX_RADIUS: usize = BLOCK_SIDE;
 
 /// Columns of a [`Window`]; greatest number of its layers, and of their rows.
 const WINDOW_SIDE: usize = BLOCK_SIDE + 2 * MAX_RADIUS;
+/// Number of squares of radii, rounded down.
+const REACHES: usize = MAX_RADIUS * MAX_RADIUS + 1;
 /// By square, the root, rounded down.
-const ROOTS: [u8; MAX_RADIUS * MAX_RADIUS + 1] = roots();
+const ROOTS: [u8; REACHES] = roots();
+
+/// Greatest radius of a window in which the rows around a voxel are looked at without knowing the greatest weight
+/// in the cube around it: finding that would cost more than it saves.
+const MAX_SMALL_RADIUS: usize = 3;
 
 /// A voxel with less than this share of the weight of another within its radius is noise: at 1.4 standard
 /// deviations from a surface there is this share of the readings. A lower value leaves a thicker shell of
@@ -50,9 +58,9 @@ pub(crate) struct Candidate {
 
 /// The weights of the static voxels in and around a block; 0 elsewhere.
 ///
-/// What lies within a radius of a voxel is a ball of discs, one a layer. The greatest weights in the cube
-/// around each ball, and in the square around each disc, are found once for all voxels of the block: most voxels
-/// need not look at weights one by one.
+/// What lies within a radius of a voxel is a ball of discs, one a layer, and a disc is made of pieces of rows. The
+/// greatest weight in each piece of a row is found once for all voxels of the block, and where radii are large
+/// that in the cube around each ball: no voxel looks at weights one by one.
 #[derive(Debug)]
 pub(crate) struct Window {
     /// How far it reaches beyond the block, voxels.
@@ -63,16 +71,22 @@ pub(crate) struct Window {
     filled: [u32; WINDOW_SIDE],
     /// The weights by rows, layer by layer.
     rows: Vec<[f32; WINDOW_SIDE]>,
-    /// By rows, the greatest weight within the window's radius from each column of the block.
+    /// By rows, then by distances up to the window's radius: the greatest weight within the distance from each
+    /// column of the block.
     in_rows: Vec<Columns>,
     /// By layers, the greatest weight in the square with this radius around each column and row of the block.
     in_squares: [[Columns; BLOCK_SIDE]; WINDOW_SIDE],
     /// The greatest weight in such a cube around each voxel of the block.
     in_cubes: [[Columns; BLOCK_SIDE]; BLOCK_SIDE],
+    /// By radii of windows and squares of radii of balls, what makes up a ball; empty until it is asked for.
+    balls: Vec<Vec<u32>>,
 }
 
 /// A number for each column of a block.
 type Columns = [f32; BLOCK_SIDE];
+
+/// The weights of a block's voxels, by places; 0 where there is none.
+pub(crate) type Weights = [f32; BLOCK_CELLS];
 
 impl Thinning {
     pub(crate) fn new(config: &CloudMapConfig, weighting: Weighting) -> Self {
@@ -98,7 +112,19 @@ impl Thinning {
 
     /// Distance within which a voxel looks for heavier ones, voxels.
     pub(crate) fn radius(&self, weight: u64, observations: u32) -> f32 {
-        ((self.radius * self.deviation(weight, observations)) as f32).min(MAX_RADIUS as f32)
+        self.radius_of(self.weighting.weight_per_frame(weight, observations))
+    }
+
+    /// The same for a voxel of this [weight per frame](Weighting::weight_per_frame): the less the farther.
+    pub(crate) fn radius_of(&self, weight_per_frame: f64) -> f32 {
+        let deviation = self.weighting.deviation_of(weight_per_frame) / self.voxel_size;
+        ((self.radius * deviation) as f32).min(MAX_RADIUS as f32)
+    }
+
+    /// Mean weight of a voxel's readings.
+    #[inline]
+    pub(crate) fn weight_per_frame(&self, weight: u64, observations: u32) -> f64 {
+        self.weighting.weight_per_frame(weight, observations)
     }
 
     /// Sum over `observations` readings of their weight times their variance, square voxels.
@@ -131,6 +157,7 @@ impl Default for Window {
             rows: Vec::new(),
             in_rows: Vec::new(),
             in_squares: [Default::default(); WINDOW_SIDE],
+            balls: vec![Vec::new(); (MAX_RADIUS + 1) * REACHES],
             in_cubes: Default::default(),
         }
     }
@@ -139,16 +166,19 @@ impl Default for Window {
 impl Window {
     /// Empties the window, and makes it wide enough for all candidates.
     pub(crate) fn reset(&mut self, candidates: &[Candidate]) {
-        self.for_each_filled(|window, row| {
-            window.rows[row] = [0.0; WINDOW_SIDE];
-        });
-        self.filled = [0; WINDOW_SIDE];
+        let side = self.side();
+        for (layer, filled) in self.filled.iter_mut().enumerate() {
+            let rows = &mut self.rows;
+            for_each_bit([std::mem::take(filled).into()], |row| {
+                rows[layer * side + row] = [0.0; WINDOW_SIDE];
+            });
+        }
         let radius = candidates.iter().map(|candidate| candidate.radius).fold(1.0, f32::max);
         self.radius = radius as usize;
         self.least_limit = candidates.iter().map(|candidate| candidate.limit).fold(f32::INFINITY, f32::min);
-        let side = self.side();
-        self.rows.resize(self.rows.len().max(side * side), [0.0; WINDOW_SIDE]);
-        self.in_rows.resize(self.rows.len(), Columns::default());
+        let rows = self.side() * self.side();
+        self.rows.resize(self.rows.len().max(rows), [0.0; WINDOW_SIDE]);
+        self.in_rows.resize(self.in_rows.len().max(rows * self.pieces()), Columns::default());
     }
 
     /// Weights up to this concern no candidate.
@@ -156,68 +186,100 @@ impl Window {
         self.least_limit
     }
 
-    /// Puts in the weights, by rank, of some of a block's voxels; `step` leads from the middle block to this
-    /// one.
-    pub(crate) fn fill(
+    /// Puts in the weights of some of a block's voxels; `step` leads from the middle block to this one.
+    pub(crate) fn fill(&mut self, step: [i32; 3], voxels: &CellBits, weights: &Weights) {
+        let part = Part::of_block(self.radius, step);
+        for z in part.layers.clone() {
+            let mut bits = voxels[z] & part.rows;
+            while bits != 0 {
+                // All voxels of a row at once.
+                let y = bits.trailing_zeros() as usize / BLOCK_SIDE;
+                let chosen = (voxels[z] >> (BLOCK_SIDE * y)) as u8;
+                bits &= !(0xFF << (BLOCK_SIDE * y));
+                let from = (BLOCK_SIDE * z + y) * BLOCK_SIDE;
+                let Some(own) = weights[from..].first_chunk::<BLOCK_SIDE>() else { continue };
+                let chosen = &CHOSEN[usize::from(chosen)];
+                let own: Columns = std::array::from_fn(|x| f32::from_bits(own[x].to_bits() & chosen[x]));
+                if heaviest_of(&own) > self.least_limit
+                    && let Some(row) = self.row_of(&part, y, z)
+                {
+                    *row = own;
+                }
+            }
+        }
+    }
+
+    /// The same for weights that are given by rank.
+    pub(crate) fn fill_by_rank(
         &mut self,
         step: [i32; 3],
         places: &Places,
         voxels: &CellBits,
         weight: impl Fn(usize) -> f32,
     ) {
-        let [xs, ys, zs] = step.map(|step| match step {
-            -1 => BLOCK_SIDE - self.radius..BLOCK_SIDE,
-            0 => 0..BLOCK_SIDE,
-            _ => 0..self.radius,
-        });
-        let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
-        let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
-        let inside = columns & rows;
-        // The first cell of a block may lie before the window: then its coordinates wrap.
-        let first = |axis: usize, before: usize| {
-            before.wrapping_add_signed(step[axis] as isize * BLOCK_SIDE as isize)
-        };
-        let (first_x, side) = (first(0, MAX_RADIUS), self.side());
-        let (first_y, first_z) = (first(1, self.radius), first(2, self.radius));
+        let part = Part::of_block(self.radius, step);
+        let inside = part.columns & part.rows;
         places.for_each_in(
-            zs,
+            part.layers.clone(),
             |z| voxels[z] & inside,
             |place, rank| {
                 let weight = weight(rank);
-                if weight <= self.least_limit {
-                    return;
-                }
-                let [x, y, z] = cell_in_block(place).map(|c| c as usize);
-                let (y, z) = (first_y.wrapping_add(y), first_z.wrapping_add(z));
-                let row = self.rows.get_mut(z * side + y);
-                if let Some(entry) = row.and_then(|row| row.get_mut(first_x + x)) {
-                    *entry = weight;
-                    self.filled[z] |= 1 << y;
+                if weight > self.least_limit {
+                    let [x, y, z] = cell_in_block(place).map(|c| c as usize);
+                    if let Some(row) = self.row_of(&part, y, z) {
+                        row[x] = weight;
+                    }
                 }
             },
         );
     }
 
+    /// The entries of a row of a block's voxels, which has a weight from now on.
+    #[inline]
+    fn row_of(&mut self, part: &Part, y: usize, z: usize) -> Option<&mut Columns> {
+        let [x, first_y, first_z] = part.first;
+        let (y, z) = (first_y.wrapping_add(y), first_z.wrapping_add(z));
+        let row = z * self.side() + y;
+        *self.filled.get_mut(z)? |= 1 << y;
+        self.rows.get_mut(row)?.get_mut(x..)?.first_chunk_mut()
+    }
+
     /// To be called after the window is filled, before candidates ask it.
     pub(crate) fn find_heaviest(&mut self) {
-        self.for_each_filled(|window, row| {
-            let weights = &window.rows[row];
-            let mut heaviest = columns(weights, MAX_RADIUS);
-            for half in 1..=window.radius {
-                let (left, right) =
-                    (columns(weights, MAX_RADIUS - half), columns(weights, MAX_RADIUS + half));
-                heaviest = greater(heaviest, greater(left, right));
+        let (side, pieces) = (self.side(), self.pieces());
+        let layers = self.in_rows.chunks_exact_mut(side * pieces).zip(self.rows.chunks_exact(side));
+        for ((in_rows, rows), filled) in layers.zip(&self.filled[..side]) {
+            for (y, (found, weights)) in in_rows.chunks_exact_mut(pieces).zip(rows).enumerate() {
+                if filled >> y & 1 == 0 {
+                    found.fill(Columns::default());
+                    continue;
+                }
+                let mut heaviest = columns(weights, MAX_RADIUS);
+                for (half, found) in found.iter_mut().enumerate() {
+                    let (left, right) =
+                        (columns(weights, MAX_RADIUS - half), columns(weights, MAX_RADIUS + half));
+                    heaviest = greater(heaviest, greater(left, right));
+                    *found = heaviest;
+                }
             }
-            window.in_rows[row] = heaviest;
-        });
-        let (side, diameter) = (self.side(), 2 * self.radius);
+        }
+        if self.radius > MAX_SMALL_RADIUS {
+            self.find_heaviest_around();
+        }
+    }
+
+    /// The greatest weights in squares and cubes, from those in rows.
+    fn find_heaviest_around(&mut self) {
+        let (side, pieces, diameter) = (self.side(), self.pieces(), 2 * self.radius);
         for (layer, squares) in self.in_squares[..side].iter_mut().enumerate() {
-            let rows = &self.in_rows[layer * side..(layer + 1) * side];
-            *squares = std::array::from_fn(|y| {
-                let mut heaviest = Columns::default();
-                let filled = self.filled[layer] >> y & ((2 << diameter) - 1);
-                for_each_bit([filled.into()], |row| heaviest = greater(heaviest, rows[y + row]));
-                heaviest
+            *squares = Default::default();
+            for_each_bit([self.filled[layer].into()], |row| {
+                let in_row = self.in_rows[(layer * side + row) * pieces + self.radius];
+                // Squares begin at rows from the one `diameter` before this one on.
+                let last = row.min(BLOCK_SIDE - 1);
+                for square in &mut squares[row.saturating_sub(diameter)..=last] {
+                    *square = greater(*square, in_row);
+                }
             });
         }
         let layers = &self.in_squares;
@@ -226,41 +288,73 @@ impl Window {
     }
 
     /// Whether a candidate is noise: whether a voxel within its radius weighs more than its limit.
-    pub(crate) fn is_noise(&self, candidate: &Candidate) -> bool {
+    #[inline]
+    pub(crate) fn is_noise(&mut self, candidate: &Candidate) -> bool {
         let [x, y, z] = cell_in_block(candidate.place).map(|c| c as usize);
-        if self.in_cubes[z][y][x] <= candidate.limit {
+        if self.radius > MAX_SMALL_RADIUS && self.in_cubes[z][y][x] <= candidate.limit {
             return false;
         }
-        let (middle, reach) = (z + self.radius, (candidate.radius * candidate.radius) as usize);
-        (middle - root(reach)..=middle + root(reach)).any(|layer| {
-            let left = reach - layer.abs_diff(middle).pow(2);
-            self.in_squares[layer][y][x] > candidate.limit
-                && self.disc_has_heavier([x, y, layer], left, candidate.limit)
-        })
-    }
-
-    /// Whether a voxel weighs more than a limit in the disc around a column and row of the block, in a layer;
-    /// `reach`: the square of the disc's radius.
-    fn disc_has_heavier(&self, [x, y, layer]: [usize; 3], reach: usize, limit: f32) -> bool {
-        let middle = y + self.radius;
-        (middle - root(reach)..=middle + root(reach)).any(|row| {
-            let half = root(reach - row.abs_diff(middle).pow(2));
-            let columns = MAX_RADIUS + x - half..=MAX_RADIUS + x + half;
-            self.rows[layer * self.side() + row][columns].iter().any(|weight| *weight > limit)
-        })
-    }
-
-    /// Calls `visit` with the window and each row that has a weight.
-    fn for_each_filled(&mut self, mut visit: impl FnMut(&mut Self, usize)) {
-        let side = self.side();
-        for layer in 0..side {
-            for_each_bit([self.filled[layer].into()], |row| visit(self, layer * side + row));
+        let reach = (candidate.radius * candidate.radius) as usize;
+        let (first, number) = ((z * self.side() + y) * self.pieces(), self.radius * REACHES + reach);
+        if self.balls[number].is_empty() {
+            self.balls[number] = self.pieces_of_ball(reach);
         }
+        let mut pieces = self.balls[number].iter();
+        pieces.any(|&piece| self.in_rows[first + piece as usize][x] > candidate.limit)
+    }
+
+    /// Where `in_rows` has the pieces of rows that make up the ball around the first voxel of the block; `reach`: the
+    /// square of its radius. For another voxel they lie as much farther as its row.
+    fn pieces_of_ball(&self, reach: usize) -> Vec<u32> {
+        let middle = self.radius;
+        let around = |square: usize| middle - root(square)..=middle + root(square);
+        let mut pieces = Vec::new();
+        for layer in around(reach) {
+            let left = reach - layer.abs_diff(middle).pow(2);
+            for row in around(left) {
+                let half = root(left - row.abs_diff(middle).pow(2));
+                pieces.push(((layer * self.side() + row) * self.pieces() + half) as u32);
+            }
+        }
+        pieces
     }
 
     /// Number of layers, and of rows in each.
     fn side(&self) -> usize {
         BLOCK_SIDE + 2 * self.radius
+    }
+
+    /// Number of distances in a row.
+    fn pieces(&self) -> usize {
+        self.radius + 1
+    }
+}
+
+/// The part of a block that lies in a window.
+struct Part {
+    layers: Range<usize>,
+    /// Bits of the rows and of the columns in a layer, which is a word.
+    rows: u64,
+    columns: u64,
+    /// Where the block's first cell is: the column, the row and the layer of the window. Row and layer wrap
+    /// where they lie before the window.
+    first: [usize; 3],
+}
+
+impl Part {
+    /// `step` leads from the middle block of a window with this radius to the block.
+    fn of_block(radius: usize, step: [i32; 3]) -> Self {
+        let [xs, ys, layers] = step.map(|step| match step {
+            -1 => BLOCK_SIDE - radius..BLOCK_SIDE,
+            0 => 0..BLOCK_SIDE,
+            _ => 0..radius,
+        });
+        let columns = (0xFF_u64 >> (BLOCK_SIDE - xs.len()) << xs.start) * 0x0101_0101_0101_0101;
+        let rows = u64::MAX >> (BLOCK_SIDE * (BLOCK_SIDE - ys.len())) << (BLOCK_SIDE * ys.start);
+        let first = |axis: usize, before: usize| {
+            before.wrapping_add_signed(step[axis] as isize * BLOCK_SIDE as isize)
+        };
+        Self { layers, rows, columns, first: [first(0, MAX_RADIUS), first(1, radius), first(2, radius)] }
     }
 }
 
@@ -274,6 +368,13 @@ fn greater(a: Columns, b: Columns) -> Columns {
     std::array::from_fn(|x| if a[x] > b[x] { a[x] } else { b[x] })
 }
 
+/// The greatest weight of a row.
+#[inline]
+fn heaviest_of(row: &Columns) -> f32 {
+    let halves: [f32; 4] = std::array::from_fn(|x| if row[x] > row[x + 4] { row[x] } else { row[x + 4] });
+    halves[0].max(halves[1]).max(halves[2].max(halves[3]))
+}
+
 /// The greatest of some weights, by columns.
 fn greatest(weights: impl Iterator<Item = Columns>) -> Columns {
     weights.fold(Columns::default(), greater)
@@ -284,8 +385,23 @@ fn root(square: usize) -> usize {
     usize::from(ROOTS[square])
 }
 
-const fn roots() -> [u8; MAX_RADIUS * MAX_RADIUS + 1] {
-    let mut roots = [0; MAX_RADIUS * MAX_RADIUS + 1];
+/// For each choice of columns, as bits, the bits of a weight that stay in each column.
+static CHOSEN: [[u32; BLOCK_SIDE]; 256] = chosen();
+
+const fn chosen() -> [[u32; BLOCK_SIDE]; 256] {
+    let mut chosen = [[0; BLOCK_SIDE]; 256];
+    let mut place = 0;
+    while place < 256 * BLOCK_SIDE {
+        if (place / BLOCK_SIDE) >> (place % BLOCK_SIDE) & 1 == 1 {
+            chosen[place / BLOCK_SIDE][place % BLOCK_SIDE] = u32::MAX;
+        }
+        place += 1;
+    }
+    chosen
+}
+
+const fn roots() -> [u8; REACHES] {
+    let mut roots = [0; REACHES];
     let mut square = 0;
     while square < roots.len() {
         roots[square] = square.isqrt() as u8;
@@ -331,7 +447,13 @@ mod tests {
                     all.map(|_| (0..64).fold(0, |bits, i| bits | u64::from(random.fraction() < share) << i));
                 let places = Places::new(voxels);
                 let weight = |rank: usize| (rank % 11) as f32;
-                window.fill(step, &places, &voxels, weight);
+                if turn % 2 == 0 {
+                    let mut weights = [9.0; BLOCK_CELLS];
+                    places.for_each(&voxels, |place, rank| weights[place] = weight(rank));
+                    window.fill(step, &voxels, &weights);
+                } else {
+                    window.fill_by_rank(step, &places, &voxels, weight);
+                }
                 places.for_each(&voxels, |place, rank| {
                     let cell = cell_in_block(place);
                     filled.push(([0, 1, 2].map(|axis| 8 * step[axis] + cell[axis]), weight(rank)));

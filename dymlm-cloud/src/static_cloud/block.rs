@@ -3,10 +3,9 @@ use dymlm_core::{Point, Rgb};
 use super::Source;
 use super::fusion::Leaving;
 use super::surface::{Moments, Surface};
-use crate::block_store::{CellBits, count, has, union};
+use crate::block_store::{CellBits, count, for_each_bit, union};
 use crate::changes::{Change, Touched};
 use crate::paging::record;
-use crate::places::Places;
 
 /// The static part of a block of voxels.
 #[derive(Debug, Clone, Default)]
@@ -15,8 +14,8 @@ pub(crate) struct StaticBlock {
     pub(super) firm: CellBits,
     /// Greatest weight of these voxels.
     pub(super) heaviest: f32,
-    /// Whether one of these voxels looks for heavier ones around.
-    pub(super) looks_around: bool,
+    /// How far these voxels look for heavier ones around, whole voxels.
+    pub(super) reach: u8,
     /// Those of these voxels that are no noise either.
     pub(super) statics: CellBits,
     /// Moments of the voxels that are no ghosts.
@@ -43,18 +42,7 @@ pub(super) struct Asked {
     pub(super) noise: CellBits,
 }
 
-record!(StaticBlock {
-    firm,
-    heaviest,
-    looks_around,
-    statics,
-    moments,
-    surface,
-    leaving,
-    is_moved,
-    points,
-    colors
-});
+record!(StaticBlock { firm, heaviest, reach, statics, moments, surface, leaving, is_moved, points, colors });
 impl StaticBlock {
     /// The firm voxels that changes in the block and around may affect.
     pub(super) fn asked(&self, change: Option<&Change>, touched: &Touched) -> Asked {
@@ -66,6 +54,7 @@ impl StaticBlock {
         let mut asked = Asked { settled: none, changed: none, kept: none, noise: none };
         for (word, changed) in changed.into_iter().enumerate() {
             let others = self.firm[word] & !changed;
+            let [raised, lowered] = [raised, lowered].map(|effect| effect & touched.near[word]);
             asked.changed[word] = self.firm[word] & changed;
             asked.kept[word] = others & self.statics[word] & raised;
             asked.noise[word] = others & !self.statics[word] & lowered;
@@ -94,32 +83,43 @@ impl StaticBlock {
         before: CellBits,
     ) -> Self {
         let (key, block) = (source.voxels.keys()[slot], &source.voxels.blocks()[slot]);
-        let statics = self.statics;
-        let count = count(&statics);
+        let count = count(&self.statics);
         let mut points = Vec::with_capacity(count);
         let mut colors = Vec::new();
         // A voxel that has not changed keeps its point; its colour too, if all readings of the block have
         // one.
         let changed = change.map_or(CellBits::default(), |change| change.voxels);
-        let old = Places::new(before);
-        let is_kept = |place| !self.is_moved && old.has(place) && !has(&changed, place);
-        block.places().for_each(&statics, |place, index| {
-            let (point, color) = if is_kept(place) && block.is_colored() {
-                let rank = old.rank(place);
-                (self.points[rank], self.colors.get(rank).copied())
-            } else {
-                let voxel = block.voxel(index);
-                (voxel.mean_position(key.cell(place), source.voxel_size), voxel.mean_color())
-            };
-            points.push(point);
-            if let Some(color) = color {
-                if colors.is_empty() {
-                    colors.reserve_exact(count);
-                }
-                colors.resize(points.len() - 1, Rgb::default());
-                colors.push(color);
+        let keeps = !self.is_moved && block.is_colored() && self.colors.len() == self.points.len();
+        if keeps {
+            colors.reserve_exact(count);
+        }
+        let mut rank = 0;
+        for (word, (&statics, before)) in self.statics.iter().zip(before).enumerate() {
+            let kept = if keeps { statics & before & !changed[word] } else { 0 };
+            let end = rank + before.count_ones() as usize;
+            if kept == statics | before && kept > 0 {
+                points.extend_from_slice(&self.points[rank..end]);
+                colors.extend_from_slice(&self.colors[rank..end]);
+                rank = end;
+                continue;
             }
-        });
+            for_each_bit([statics | before], |bit| {
+                let is = |word: u64| word >> bit & 1 == 1;
+                if is(kept) {
+                    points.push(self.points[rank]);
+                    colors.push(self.colors[rank]);
+                } else if is(statics) {
+                    let place = 64 * word + bit;
+                    let voxel = block.voxel(block.places().rank(place));
+                    if let Some(color) = voxel.mean_color() {
+                        colors.resize(points.len(), Rgb::default());
+                        colors.push(color);
+                    }
+                    points.push(voxel.mean_position(key.cell(place), source.voxel_size));
+                }
+                rank += usize::from(is(before));
+            });
+        }
         Self { is_moved: false, points, colors, ..self.without_points() }
     }
 

@@ -97,7 +97,7 @@ impl StaticCloud {
         let concerned =
             around(source.voxels, refits.iter().map(|refit| refit.slot).chain(filled.iter().copied()));
         let mut slots: Vec<usize> = concerned.into_iter().chain(renewals.slots()).collect();
-        slots.retain(|&slot| self.blocks[slot].looks_around || !self.blocks[slot].leaving.is_empty());
+        slots.retain(|&slot| self.blocks[slot].reach > 0 || !self.blocks[slot].leaving.is_empty());
         slots.sort_unstable();
         slots.dedup();
         for (slot, mut moved) in crate::parallel::map(slots, |slot| (slot, self.moved(source, slot))) {
@@ -133,12 +133,13 @@ impl StaticCloud {
 
     /// The surface of a block; none, too, where no voxel around would move to it.
     fn fitted(&self, source: Source<'_>, slot: usize) -> Surface {
-        let around: Vec<_> = neighborhood(source.voxels, slot).collect();
-        if !around.iter().any(|&(_, slot)| self.blocks[slot].looks_around) {
+        let slots = source.voxels.neighborhood(slot);
+        let around = slots.iter().enumerate().filter(|(_, slot)| **slot > 0);
+        let around = around.map(|(place, &slot)| (step_to(place), &self.blocks[slot as usize - 1]));
+        if !around.clone().any(|(_, block)| block.reach > 0) {
             return Surface::default();
         }
-        let moments = around.iter().map(|&(place, slot)| (step_to(place), &self.blocks[slot].moments));
-        Surface::fit(&self.blocks[slot].moments, moments)
+        Surface::fit(&self.blocks[slot].moments, around.map(|(step, block)| (step, &block.moments)))
     }
 
     /// Notes the blocks in which points of a block's voxels lie.
@@ -159,7 +160,7 @@ impl StaticCloud {
     /// Where the points of a block's static voxels lie after fusing.
     pub(super) fn moved(&self, source: Source<'_>, slot: usize) -> Moved {
         let block = &self.blocks[slot];
-        if !block.looks_around {
+        if block.reach == 0 {
             return Moved::default();
         }
         let around = || neighborhood(source.voxels, slot).map(|(place, slot)| (place, &self.blocks[slot]));
@@ -322,12 +323,16 @@ fn neighborhood(voxels: &BlockStore<VoxelBlock>, slot: usize) -> impl Iterator<I
     around.filter_map(|(place, slot)| Some((place, (slot as usize).checked_sub(1)?)))
 }
 
-/// The blocks in the neighbourhoods of some, each once.
+/// The blocks in the neighbourhoods of some, each once, in order.
 fn around(voxels: &BlockStore<VoxelBlock>, slots: impl Iterator<Item = usize>) -> Vec<usize> {
-    // Sorted, since a mark for each block of the map would cost what the map holds, not what has changed.
-    let mut around: Vec<usize> =
-        slots.flat_map(|slot| neighborhood(voxels, slot).map(|(_, slot)| slot)).collect();
-    around.sort_unstable();
-    around.dedup();
-    around
+    // A bit a block of the map: sorting the slots would cost many times as much.
+    let mut around = vec![0_u64; voxels.keys().len().div_ceil(64)];
+    for slot in slots {
+        for (_, slot) in neighborhood(voxels, slot) {
+            around[slot / 64] |= 1 << (slot % 64);
+        }
+    }
+    let mut found = Vec::new();
+    for_each_bit(around, |slot| found.push(slot));
+    found
 }

@@ -2,11 +2,12 @@ use std::sync::{Arc, OnceLock};
 
 use dymlm_core::{Pages, Point, PointCloud, Rgb};
 
-use crate::block_store::{BlockStore, CellBits, block_bytes_beside, has, page_out_like, put, without};
+use crate::block_store::{
+    BLOCK_CELLS, BlockStore, CellBits, block_bytes_beside, has, page_out_like, put, without,
+};
 use crate::changes::{Change, Changes, Effect, Refit, Touched};
 use crate::evidence::Evidence;
 use crate::paging::{PageFile, PageOut, Paged};
-use crate::places::Places;
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
 use crate::voxel_block::VoxelBlock;
@@ -19,11 +20,11 @@ mod surface;
 use block::{Asked, StaticBlock};
 use fusion::{Layer, Renewal, Renewals};
 pub(crate) use surface::Moments;
-use surface::Surface;
+use surface::{MomentSums, Surface};
 
-/// Blocks whose changes are taken in at a time. What is noted of a change takes some hundred bytes, which for
-/// all blocks of a map that is read for the first time would be a third of the map again. A frame changes
-/// fewer blocks, so that its changes are taken in at once: what lies beside a batch is worked out twice.
+/// Blocks whose changes are taken in at a time. What is noted of a change takes some 2.5 kB, which for all
+/// blocks of a map that is read for the first time would be half of the map again. A frame changes fewer blocks,
+/// so that its changes are taken in at once: what lies beside a batch is worked out twice.
 const BATCH: usize = 1 << 14;
 /// The same in a map with a budget of memory: a quarter, so that a batch and the blocks that are read for it
 /// take some 30 MB, and a seventh more time.
@@ -41,8 +42,9 @@ pub(crate) struct StaticCloud {
     blocks: Pages<Paged<StaticBlock>>,
     /// By slot of the voxels, 1 + the slot of their block of the evidence, or 0 as long as that is not known.
     evidence: Pages<u32>,
-    /// Slots in the order of their keys, cached until a block is added.
+    /// Slots in the order of their keys, cached until a block is added, and the order before that.
     order: OnceLock<Arc<[usize]>>,
+    earlier_order: Arc<[usize]>,
     /// Lowest and highest block coordinates of all blocks.
     bounds: Option<[[i32; 3]; 2]>,
     /// The newest stamp of a voxel that has been taken in.
@@ -195,9 +197,9 @@ impl StaticCloud {
             }
             let Some(block) = self.blocks.get_mut(change.slot).and_then(Paged::to_mut) else { continue };
             let was_empty = block.is_empty();
-            block.firm = *change.firm.cells();
-            block.heaviest = change.weights.iter().copied().fold(0.0, f32::max);
-            block.looks_around = change.looks_around;
+            block.firm = change.firm;
+            block.heaviest = change.heaviest;
+            block.reach = change.reach;
             if source.fuses {
                 block.moments = change.moments;
             }
@@ -211,7 +213,7 @@ impl StaticCloud {
     /// The static voxels of the blocks that have changed, and of the blocks whose static voxels have become
     /// others through changes around them or another surface.
     fn judge_all(&self, source: Source<'_>, changes: &Changes, refits: &[Refit]) -> Vec<(usize, CellBits)> {
-        let touched = changes.touched(source.voxels, refits, |slot| self.blocks[slot].looks_around);
+        let touched = changes.touched(source.voxels, refits, |slot| self.blocks[slot].reach);
         let judged = crate::parallel::map_with(touched, Scratch::default, |scratch, mut touched| {
             let (slot, before) = (touched.slot, &self.blocks[touched.slot]);
             let statics = self.judge(source, changes, &mut touched, scratch);
@@ -278,7 +280,9 @@ impl StaticCloud {
         });
         self.blocks.grow(voxels.keys().len(), Paged::default);
         self.evidence.grow(voxels.keys().len(), || 0);
-        self.order = OnceLock::new();
+        if let Some(order) = self.order.take() {
+            self.earlier_order = order;
+        }
     }
 
     /// Forgets blocks of voxels that are gone. `stays`: by slot, which stayed; `bounds`: the box around
@@ -288,7 +292,8 @@ impl StaticCloud {
             let gone = self.blocks.iter().zip(stays).filter(|(_, stays)| !**stays);
             self.len -= gone.map(|(block, _)| block.look().points.len()).sum::<usize>();
             self.blocks.keep(stays);
-            (self.order, self.bounds) = (OnceLock::new(), bounds);
+            (self.order, self.earlier_order) = (OnceLock::new(), Arc::default());
+            self.bounds = bounds;
         }
         self.evidence = Pages::default();
         self.evidence.grow(self.blocks.len(), || 0);
@@ -344,25 +349,32 @@ impl StaticCloud {
         let mut change = Change {
             slot,
             evidence: around,
-            firm: Places::new(firm),
-            weights: Vec::with_capacity(block.len()),
-            looks_around: false,
+            firm,
+            weights: Box::new([0.0; BLOCK_CELLS]),
+            heaviest: 0.0,
+            reach: 0,
             voxels,
             effect,
             moments: Moments::default(),
         };
+        let (mut moments, mut least) = (MomentSums::default(), f64::INFINITY);
         block.places().for_each(&firm, |place, index| {
-            let sum = block.weight(index);
-            let weight = thinning.weight(sum);
-            change.weights.push(weight);
-            change.looks_around =
-                change.looks_around || looks_around(thinning.radius(sum, block.observations(index)));
+            let voxel = block.voxel(index);
+            let weight = thinning.weight(voxel.sums.weight);
+            change.weights[place] = weight;
+            change.heaviest = change.heaviest.max(weight);
+            least = least.min(thinning.weight_per_frame(voxel.sums.weight, voxel.observations));
             if has(&voxels, place) {
                 change.effect.raised = change.effect.raised.max(weight);
             }
+            if source.fuses {
+                moments.add(place, &voxel, weight);
+            }
         });
+        // The farthest is that of the lightest readings; infinitely heavy ones reach nothing.
+        change.reach = thinning.radius_of(least) as u8;
         if source.fuses {
-            change.moments = Moments::of(block, &firm, thinning);
+            change.moments = moments.moments(thinning);
         }
         Some(change)
     }
@@ -379,7 +391,7 @@ impl StaticCloud {
         let block = &self.blocks[touched.slot];
         let asked = block.asked(change, touched);
         let mut statics = asked.settled;
-        find_candidates(source, touched, &asked, &block.surface, &mut statics, candidates);
+        find_candidates(source, (touched, change), &asked, &block.surface, &mut statics, candidates);
         if candidates.is_empty() {
             return statics;
         }
@@ -418,8 +430,8 @@ impl StaticCloud {
             let Some(change) = changes.of(slot) else { continue };
             let heaviest = if only_new { change.effect.raised } else { self.blocks[slot].heaviest };
             if heaviest > window.least_limit() {
-                let voxels = if only_new { &change.voxels } else { change.firm.cells() };
-                window.fill(step, &change.firm, voxels, |rank| change.weights[rank]);
+                let voxels = if only_new { &change.voxels } else { &change.firm };
+                window.fill(step, voxels, &change.weights);
             }
         }
     }
@@ -437,7 +449,7 @@ impl StaticCloud {
         for (step, slot) in touched.around().filter(|&(_, slot)| changes.of(slot).is_none()) {
             let (voxels, block) = (&source.voxels.blocks()[slot], &self.blocks[slot]);
             if block.heaviest > window.least_limit() {
-                window.fill(step, voxels.places(), &block.firm, |rank| {
+                window.fill_by_rank(step, voxels.places(), &block.firm, |rank| {
                     source.thinning.weight(voxels.weight(rank))
                 });
                 has_others = true;
@@ -453,7 +465,7 @@ impl StaticCloud {
 
     /// Slots of all blocks of voxels, in the order of their keys.
     pub(crate) fn order(&self, voxels: &BlockStore<VoxelBlock>) -> impl Iterator<Item = usize> {
-        let order = self.order.get_or_init(|| voxels.sorted_slots().into());
+        let order = self.order.get_or_init(|| voxels.sorted_slots_after(&self.earlier_order).into());
         order.iter().copied()
     }
 
@@ -539,10 +551,15 @@ impl StaticCloud {
 
     /// The same without the blocks.
     pub(crate) fn list_bytes_beside(&self, other: &Self) -> usize {
-        let order = self.order.get().filter(|own| other.order.get().is_none_or(|it| !Arc::ptr_eq(own, it)));
+        let is_shared = |own: &Arc<[usize]>| other.orders().any(|it| Arc::ptr_eq(own, it));
+        let orders = self.orders().filter(|own| !is_shared(own)).map(|own| size_of_val(&**own));
         self.blocks.memory_bytes_beside(&other.blocks)
             + self.evidence.memory_bytes_beside(&other.evidence)
-            + order.map_or(0, |order| size_of_val(&**order))
+            + orders.sum::<usize>()
+    }
+
+    fn orders(&self) -> impl Iterator<Item = &Arc<[usize]>> {
+        self.order.get().into_iter().chain([&self.earlier_order])
     }
 
     /// Bytes of memory of a block.
@@ -568,7 +585,7 @@ impl Judgement {
 /// Finds those of the asked voxels that may be noise, since their own readings do not decide.
 fn find_candidates(
     source: Source<'_>,
-    touched: &Touched,
+    (touched, change): (&Touched, Option<&Change>),
     asked: &Asked,
     surface: &Surface,
     statics: &mut CellBits,
@@ -578,8 +595,9 @@ fn find_candidates(
     let (block, thinning) = (&source.voxels.blocks()[touched.slot], source.thinning);
     let all = std::array::from_fn(|word| asked.changed[word] | asked.kept[word] | asked.noise[word]);
     block.places().for_each(&all, |place, index| {
-        let sum = block.weight(index);
-        let (limit, was_static) = (limit(thinning.weight(sum)), has(&asked.kept, place));
+        let weight =
+            change.map_or_else(|| thinning.weight(block.weight(index)), |change| change.weights[place]);
+        let (limit, was_static) = (limit(weight), has(&asked.kept, place));
         let heaviest = if was_static { touched.effect.raised } else { touched.effect.lowered };
         let is_concerned = has(&asked.changed, place) || limit < heaviest;
         let observations = block.observations(index);
@@ -589,7 +607,7 @@ fn find_candidates(
             }
             return;
         }
-        let radius = thinning.radius(sum, observations);
+        let radius = thinning.radius(block.weight(index), observations);
         if looks_around(radius) && !surface.passes_through(place) {
             candidates.push(Candidate { place, limit, radius });
         } else {
@@ -600,13 +618,13 @@ fn find_candidates(
 
 #[cfg(test)]
 mod tests {
-    use dymlm_core::{DepthImage, Frame, PinholeCamera, Pose, SensorModel, SplitMix64};
+    use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose, SensorModel, SplitMix64};
 
     use super::*;
     use crate::{CloudMap, CloudMapConfig};
 
     /// What a noisy camera sees of an inclined wall, from a place that moves on, with a mover in some frames.
-    fn frame(step: i32, random: &mut SplitMix64) -> (Frame, Pose) {
+    fn frame(step: i32, are_colored: bool, random: &mut SplitMix64) -> (Frame, Pose) {
         let (width, height) = (48, 36);
         let camera = PinholeCamera::new(width, height, 39.0, 39.0, 23.5, 17.5).unwrap();
         let depths = (0..width * height).map(|pixel| {
@@ -616,7 +634,9 @@ mod tests {
         });
         let depth = DepthImage::new(width, height, depths.collect()).unwrap();
         let pose = Pose::new([0.02 * f64::from(step), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-        (Frame::new(f64::from(step), camera, depth, None).unwrap(), pose)
+        let colors = (0..width * height).map(|pixel| [(pixel % 251) as u8, 7 * step as u8, 90]);
+        let color = are_colored.then(|| ColorImage::new(width, height, colors.collect()).unwrap());
+        (Frame::new(f64::from(step), camera, depth, color).unwrap(), pose)
     }
 
     fn refresh(cloud: &mut StaticCloud, source: Source<'_>, batch: usize) {
@@ -628,6 +648,17 @@ mod tests {
 
     #[test]
     fn what_is_taken_in_by_batches_is_what_a_look_at_all_finds() {
+        taken_in_by_batches(|_| false);
+    }
+
+    /// Points that stay are copied only where all readings have a colour.
+    #[test]
+    fn what_is_taken_in_has_the_same_colors_too() {
+        taken_in_by_batches(|_| true);
+        taken_in_by_batches(|step| step < 10);
+    }
+
+    fn taken_in_by_batches(are_colored: impl Fn(i32) -> bool) {
         let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
         let mut random = SplitMix64::new(3);
         let batches = [1, 2, 7, 50, usize::MAX];
@@ -638,7 +669,7 @@ mod tests {
                 let (frame, pose): (Frame, Pose) = frames.swap_remove(step as usize % frames.len());
                 map.remove(&frame, None, &pose).unwrap();
             } else {
-                let (frame, pose) = frame(step, &mut random);
+                let (frame, pose) = frame(step, are_colored(step), &mut random);
                 map.insert(&frame, None, &pose).unwrap();
                 frames.push((frame, pose));
             }

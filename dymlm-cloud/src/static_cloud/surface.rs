@@ -2,11 +2,10 @@ use dymlm_core::symmetric_eigen3;
 use dymlm_core::vector3::dot;
 
 use super::columns::Columns;
-use crate::block_store::{BLOCK_SIDE, CellBits, cell_in_block, for_each_bit, put};
+use crate::block_store::{BLOCK_SIDE, CellBits, NEIGHBORS, cell_in_block, for_each_bit, put};
 use crate::paging::record;
 use crate::thinning::Thinning;
-use crate::voxel::{SUBVOXELS, to_f64};
-use crate::voxel_block::VoxelBlock;
+use crate::voxel::{SUBVOXELS, Voxel, to_f64};
 
 /// From the lowest corner of a block to its middle, voxels.
 pub(super) const HALF_BLOCK: f64 = BLOCK_SIDE as f64 / 2.0;
@@ -86,37 +85,48 @@ struct NearSurface {
     log_weight: f64,
 }
 
-impl Moments {
-    /// Moments of the voxels of a block that are no ghosts: static ones and noise.
-    pub(super) fn of(block: &VoxelBlock, firm: &CellBits, thinning: &Thinning) -> Self {
-        let (mut total, mut observations, mut places, mut products) = (0.0, 0_u64, [0.0; 3], [0.0; 6]);
-        block.places().for_each(firm, |place, index| {
-            let voxel = block.voxel(index);
-            let weight = f64::from(thinning.weight(voxel.sums.weight));
-            let share = weight / (to_f64(voxel.sums.weight.max(1)) * f64::from(SUBVOXELS));
-            let cell = cell_in_block(place);
-            // Weight times place.
-            let [x, y, z] = [0, 1, 2].map(|axis| {
-                share * to_f64(voxel.sums.position[axis]) + weight * (f64::from(cell[axis]) - HALF_BLOCK)
-            });
-            total += weight;
-            observations += u64::from(voxel.observations);
-            for (sum, c) in places.iter_mut().zip([x, y, z]) {
-                *sum += c;
-            }
-            let inverse = 1.0 / weight;
-            for (sum, product) in products.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
-                *sum += inverse * product;
-            }
+/// Moments in the making.
+#[derive(Default)]
+pub(super) struct MomentSums {
+    weight: f64,
+    observations: u64,
+    places: [f64; 3],
+    products: [f64; 6],
+}
+
+impl MomentSums {
+    /// Adds the voxel at a place.
+    #[inline]
+    pub(super) fn add(&mut self, place: usize, voxel: &Voxel, weight: f32) {
+        let weight = f64::from(weight);
+        let share = weight / (to_f64(voxel.sums.weight.max(1)) * f64::from(SUBVOXELS));
+        let cell = cell_in_block(place);
+        // Weight times place.
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            share * to_f64(voxel.sums.position[axis]) + weight * (f64::from(cell[axis]) - HALF_BLOCK)
         });
-        Self {
-            weight: total as f32,
-            places: places.map(|sum| sum as f32),
-            products: products.map(|sum| sum as f32),
-            noise: thinning.noise(observations) as f32,
+        self.weight += weight;
+        self.observations += u64::from(voxel.observations);
+        for (sum, c) in self.places.iter_mut().zip([x, y, z]) {
+            *sum += c;
+        }
+        let inverse = 1.0 / weight;
+        for (sum, product) in self.products.iter_mut().zip([x * x, x * y, x * z, y * y, y * z, z * z]) {
+            *sum += inverse * product;
         }
     }
 
+    pub(super) fn moments(&self, thinning: &Thinning) -> Moments {
+        Moments {
+            weight: self.weight as f32,
+            places: self.places.map(|sum| sum as f32),
+            products: self.products.map(|sum| sum as f32),
+            noise: thinning.noise(self.observations) as f32,
+        }
+    }
+}
+
+impl Moments {
     /// The sum of weight times place, from the middle of the block from which `step` (voxels) leads here.
     fn places_from(&self, step: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis| f64::from(self.places[axis]) + f64::from(self.weight) * step[axis])
@@ -143,9 +153,18 @@ impl Surface {
         own: &Moments,
         around: impl Iterator<Item = ([i32; 3], &'a Moments)>,
     ) -> Option<Self> {
-        let around: Vec<_> = around.filter(|(_, moments)| moments.weight > 0.0).collect();
+        let log_weight = own.rounded_log_weight();
+        if log_weight == 0 {
+            return None;
+        }
+        let (mut filled, mut count) = ([([0; 3], own); NEIGHBORS], 0);
+        for (place, near) in filled.iter_mut().zip(around.filter(|(_, moments)| moments.weight > 0.0)) {
+            *place = near;
+            count += 1;
+        }
+        let around = &filled[..count];
         let (mut weight, mut places, mut products, mut noise) = (0.0, [0.0; 3], [[0.0; 3]; 3], 0.0);
-        for &(step, moments) in &around {
+        for &(step, moments) in around {
             let (own_weight, sums) = (f64::from(moments.weight), moments.places.map(f64::from));
             let step = in_voxels(step);
             let moved = moments.places_from(step);
@@ -170,9 +189,8 @@ impl Surface {
         let noise = noise / weight;
         let is_one = thickness <= MOST_VARIANCE * (noise + VOXEL_VARIANCE);
         let has_normal = width > LEAST_WIDTH * thickness && width > LEAST_SHAPE * length;
-        let is_even = || unevenness(&around, normal) <= UNEVENNESS * noise + VOXEL_VARIANCE;
-        let log_weight = own.rounded_log_weight();
-        (is_one && has_normal && log_weight > 0 && is_even()).then(|| Self {
+        let is_even = || unevenness(around, normal) <= UNEVENNESS * noise + VOXEL_VARIANCE;
+        (is_one && has_normal && is_even()).then(|| Self {
             normal: normal.map(|c| ((c * NORMAL_STEPS).round() / NORMAL_STEPS) as f32),
             offset: ((dot(normal, mean) * OFFSET_STEPS).round() / OFFSET_STEPS) as f32,
             log_weight,
