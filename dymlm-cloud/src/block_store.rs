@@ -377,18 +377,14 @@ impl<B: Block> BlockStore<B> {
         pages
     }
 
-    /// Lets blocks of some pages come back from the file for this clone alone when it reads them.
-    pub(crate) fn read_apart(&mut self, pages: &[usize]) {
+    /// A clone to which blocks of some pages come back from the file when it reads them, and to it alone.
+    pub(crate) fn reading_apart(&self, pages: &[usize]) -> Self {
+        let mut own = self.clone();
         for page in pages {
-            // The list is copied where it is shared.
-            self.blocks.get_mut(page * Pages::<Paged<B>>::PAGE);
+            // Its list is copied.
+            own.blocks.get_mut(page * Pages::<Paged<B>>::PAGE);
         }
-    }
-
-    /// Frees the memory of blocks of some pages that have [come back](Self::read_apart); `whole`: the store that
-    /// this is a clone of.
-    pub(crate) fn leave(&mut self, pages: &[usize], whole: &Self) {
-        pages.iter().for_each(|&page| self.blocks.share_page(page, &whole.blocks));
+        own
     }
 
     /// Bytes of memory that another state of the store does not share; `owned` gives those that a block owns

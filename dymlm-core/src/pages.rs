@@ -147,19 +147,6 @@ impl<T: Clone> Pages<T> {
         self.full.iter_mut().flat_map(|page| Arc::make_mut(page).iter_mut()).chain(&mut self.rest)
     }
 
-    /// Takes over a page of an equally long list, which the two share from then on.
-    pub fn share_page(&mut self, page: usize, other: &Self) {
-        if self.len() != other.len() {
-            return;
-        }
-        if page == self.full.len() {
-            self.rest.clone_from(&other.rest);
-        }
-        if let (Some(own), Some(other)) = (self.full.get_mut(page), other.full.get(page)) {
-            *own = Arc::clone(other);
-        }
-    }
-
     /// Grows the list to `len` items, with new ones at the end.
     pub fn grow(&mut self, len: usize, mut new: impl FnMut() -> T) {
         while self.len() < len {
@@ -226,21 +213,6 @@ mod tests {
             assert!(first.unshared(&pages).count() < PAGE);
             assert!(pages.iter_from(len).copied().eq(len..200));
         }
-    }
-
-    #[test]
-    fn a_page_that_is_taken_over_is_shared() {
-        let pages: Pages<u32> = (0..200).collect();
-        let mut own = pages.clone();
-        own.iter_mut().for_each(|item| *item += 1000);
-        for (page, shared) in [(1, 64), (3, 64), (4, 64)] {
-            own.share_page(page, &pages);
-            assert_eq!(200 - own.unshared(&pages).count(), shared, "the last ones are never shared");
-        }
-        let expected = (0..200).map(|item| if matches!(item / 64, 1 | 3) { item } else { item + 1000 });
-        assert!(own.iter().copied().eq(expected));
-        own.share_page(0, &pages.first(70));
-        assert_eq!(own[0], 1000, "lists of other lengths have no pages in common");
     }
 
     #[test]

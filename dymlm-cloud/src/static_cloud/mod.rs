@@ -107,8 +107,7 @@ impl StaticCloud {
         }
     }
 
-    /// The same in small batches; the results of blocks that go are put into the file. What the next batch looks
-    /// at as well stays in memory until then.
+    /// The same in small batches; the results of blocks that go are put into the file.
     fn refresh_filed(
         &mut self,
         source: Source<'_>,
@@ -116,26 +115,18 @@ impl StaticCloud {
         file: &Arc<PageFile>,
         goes: impl Fn(usize) -> bool,
     ) {
-        let (mut voxels, mut near, mut is_writable) = (source.voxels.clone(), Vec::new(), true);
-        // On a full disk they stay in memory, where they are as good.
-        let mut page_out = |cloud: &mut Self, pages: &[usize]| {
-            is_writable = is_writable && cloud.page_out(pages, file, &goes).is_ok();
-        };
+        let mut is_writable = true;
         self.refresh_by(source, slots, SMALL_BATCH, |cloud, slots| {
-            // Taking in a change looks at blocks that are four away at most: at one from which a point arrives in
-            // the block of a voxel that another surface has moved.
+            // Taking in a change looks at blocks that are four away at most: at that from which a point arrives
+            // in the block of a voxel that has moved to a surface that is another.
             let pages = source.voxels.pages_around(slots);
-            let mut left = std::mem::take(&mut near);
-            left.retain(|page| pages.binary_search(page).is_err());
-            page_out(cloud, &left);
-            voxels.leave(&left, source.voxels);
-            voxels.read_apart(&pages);
-            near = pages;
+            let voxels = source.voxels.reading_apart(&pages);
             let source = Source { voxels: &voxels, ..source };
             let changes = cloud.changes(source, slots);
             cloud.take_in_changes(source, &changes);
+            // On a full disk they stay in memory, where they are as good.
+            is_writable = is_writable && cloud.page_out(&pages, file, &goes).is_ok();
         });
-        page_out(self, &near);
     }
 
     /// Calls `take_in` for batches of blocks.
