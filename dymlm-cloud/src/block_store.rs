@@ -376,14 +376,35 @@ impl<B: Block> BlockStore<B> {
         slot
     }
 
-    /// A clone to which blocks that are in the file come back when it reads them, and to it alone.
-    pub(crate) fn reading_apart(&self) -> Self {
+    /// The pages of the blocks that lie at most four blocks from those at some slots, by number, ascending.
+    /// Costs what these are, not what the store holds.
+    pub(crate) fn pages_around(&self, slots: &[usize]) -> Vec<usize> {
+        let unique = |mut items: Vec<BlockKey>| {
+            items.sort_unstable();
+            items.dedup();
+            items
+        };
+        let cubes = unique(slots.iter().map(|&slot| self.keys[slot].in_cube().0).collect());
+        let beside = |cube: BlockKey| {
+            let center = cube.block();
+            (0..NEIGHBORS).map(step_to).map(move |step| {
+                BlockKey::new(std::array::from_fn(|axis| center[axis] + CUBE_SIDE * step[axis]))
+            })
+        };
+        let cubes = unique(cubes.into_iter().flat_map(beside).collect());
+        let slots = cubes.into_iter().flat_map(|cube| self.index.slots_around(cube));
+        let mut pages: Vec<usize> = slots.map(|slot| slot / Pages::<Paged<B>>::PAGE).collect();
+        pages.sort_unstable();
+        pages.dedup();
+        pages
+    }
+
+    /// A clone to which blocks of some pages come back from the file when it reads them, and to it alone.
+    pub(crate) fn reading_apart(&self, pages: &[usize]) -> Self {
         let mut own = self.clone();
-        let is_filed = |page: &[Paged<B>]| page.iter().any(|block| block.in_memory().is_none());
-        let filed = self.blocks.pages().enumerate().filter(|(_, page)| is_filed(page));
-        for (number, _) in filed {
+        for page in pages {
             // Its list is copied.
-            own.blocks.get_mut(number * Pages::<Paged<B>>::PAGE);
+            own.blocks.get_mut(page * Pages::<Paged<B>>::PAGE);
         }
         own
     }
@@ -505,6 +526,23 @@ mod tests {
             let together = store.neighborhood(slot).map(|slot| (slot as usize).checked_sub(1));
             assert_eq!(one_by_one.collect::<Vec<_>>(), together);
         }
+    }
+
+    #[test]
+    fn the_pages_around_blocks_are_those_of_all_blocks_within_four() {
+        let mut store = BlockStore::<u8>::default();
+        let along = |c: i32| c * c * 7 % 41 - 20;
+        (0..900)
+            .for_each(|c| _ = store.slot_or_insert(BlockKey::new([along(c), along(c + 90), c % 96 - 48])));
+        let pages = store.pages_around(&[5, 300]);
+        let reaches = |slot: usize| {
+            [5, 300].map(|center: usize| store.keys()[center].block()).iter().any(|center| {
+                store.keys()[slot].block().iter().zip(center).all(|(c, center)| (c - center).abs() <= 4)
+            })
+        };
+        let near = (0..store.keys().len()).filter(|&slot| reaches(slot)).map(|slot| slot / 64);
+        assert!(near.into_iter().all(|page| pages.contains(&page)));
+        assert!(pages.is_sorted() && pages.len() < store.blocks().pages().count());
     }
 
     #[test]

@@ -1,6 +1,8 @@
-//! The cost of saving and loading maps, and their size on disk, measured on the kitchen recording.
+//! The cost of saving and loading maps, and their size on disk, measured on the kitchen recording or on a
+//! simulated building.
 //!
 //! `cargo run --release -p dymlm-benches --bin saving -- [KITCHEN]`
+//! `cargo run --release -p dymlm-benches --bin saving -- building [ROOMS] [RATE] [SEED]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -10,34 +12,70 @@ use std::time::Instant;
 
 use dymlm::files::MapSaver;
 use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, Selection};
-use dymlm_test_support::{RecordedFrame, recorded_frames, recording};
+use dymlm_core::{Detection, Frame, Pose};
+use dymlm_sim::{Sequence, SequenceConfig};
+use dymlm_test_support::{recorded_frames, recording};
 
 type AnyError = Box<dyn Error>;
 
-/// Number of frames mapped before the first save; after each of the others, the map is saved again.
+/// What a builder takes in.
+type Input = (Frame, Vec<Detection>, Pose);
+
+/// Number of the kitchen's frames mapped before the first save; after each of the others, the map is saved
+/// again.
 const BEFORE: usize = 150;
+/// Number of the building's frames mapped after the first save.
+const AFTER: usize = 20;
 
 fn main() -> Result<(), AnyError> {
-    let folder = match std::env::args().nth(1) {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.first().is_some_and(|first| first == "building") {
+        let argument =
+            |place: usize, default: &str| arguments.get(place).map_or(default.to_owned(), String::clone);
+        let (rooms, rate): (usize, f64) = (argument(1, "8").parse()?, argument(2, "2").parse()?);
+        let mut config = SequenceConfig::building(argument(3, "1").parse()?, rooms);
+        config.frames = (config.frames as f64 * rate / config.frame_rate).round() as usize;
+        config.frame_rate = rate;
+        let before = config.frames.saturating_sub(AFTER);
+        let sequence = Sequence::new(&config)?;
+        return measure_with_histories(before, || {
+            sequence.frames().map(|seen| (seen.frame, seen.detections, seen.world_from_camera))
+        });
+    }
+    let kitchen = match arguments.first() {
         Some(folder) => PathBuf::from(folder),
         None => recording("kitchen").ok_or("no kitchen recording: see README.md")?,
     };
+    measure_with_histories(BEFORE, || {
+        recorded_frames(&kitchen).map(|seen| (seen.frame, seen.detections, seen.world_from_camera))
+    })
+}
+
+/// `before`: the number of frames mapped before the first save.
+fn measure_with_histories<I: Iterator<Item = Input>>(
+    before: usize,
+    inputs: impl Fn() -> I,
+) -> Result<(), AnyError> {
     let out = std::env::temp_dir().join(format!("dymlm-saving-{}", std::process::id()));
     for history in [HistoryConfig::None, HistoryConfig::Memory] {
         println!("history: {history:?}");
-        measure(&folder, history, &out)?;
+        measure(inputs(), before, history, &out)?;
         std::fs::remove_dir_all(&out)?;
     }
     Ok(())
 }
 
-fn measure(kitchen: &Path, history: HistoryConfig, out: &Path) -> Result<(), AnyError> {
+fn measure(
+    mut inputs: impl Iterator<Item = Input>,
+    before: usize,
+    history: HistoryConfig,
+    out: &Path,
+) -> Result<(), AnyError> {
     let mut config = MapConfig::offline();
     config.history = history;
     let mut builder = MapBuilder::new(config)?;
-    let mut frames = recorded_frames(kitchen);
-    for frame in frames.by_ref().take(BEFORE) {
-        insert(&mut builder, &frame)?;
+    for input in inputs.by_ref().take(before) {
+        insert(&mut builder, &input)?;
     }
     let mut saver = MapSaver::create(out)?;
     let first = milliseconds(|| saver.save(builder.map()))?;
@@ -49,8 +87,8 @@ fn measure(kitchen: &Path, history: HistoryConfig, out: &Path) -> Result<(), Any
         bytes as f64 / voxels as f64
     );
     let mut saves = Vec::new();
-    for frame in frames {
-        insert(&mut builder, &frame)?;
+    for input in inputs {
+        insert(&mut builder, &input)?;
         saves.push(milliseconds(|| saver.save(builder.map()))?);
     }
     saves.sort_by(f64::total_cmp);
@@ -72,8 +110,8 @@ fn measure(kitchen: &Path, history: HistoryConfig, out: &Path) -> Result<(), Any
     Ok(())
 }
 
-fn insert(builder: &mut MapBuilder, recorded: &RecordedFrame) -> Result<(), AnyError> {
-    builder.insert(&recorded.frame, &recorded.detections, &recorded.world_from_camera)?;
+fn insert(builder: &mut MapBuilder, (frame, detections, pose): &Input) -> Result<(), AnyError> {
+    builder.insert(frame, detections, pose)?;
     Ok(())
 }
 

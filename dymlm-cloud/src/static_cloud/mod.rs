@@ -119,12 +119,15 @@ impl StaticCloud {
     ) {
         let mut is_writable = true;
         self.refresh_by(source, slots, SMALL_BATCH, |cloud, slots| {
-            let voxels = source.voxels.reading_apart();
+            // Taking in a change looks at blocks that are four away at most: at that from which a point arrives
+            // in the block of a voxel that has moved to a surface that is another.
+            let pages = source.voxels.pages_around(slots);
+            let voxels = source.voxels.reading_apart(&pages);
             let source = Source { voxels: &voxels, ..source };
             let changes = cloud.changes(source, slots);
             cloud.take_in_changes(source, &changes);
             // On a full disk they stay in memory, where they are as good.
-            is_writable = is_writable && cloud.page_out(file, &goes).is_ok();
+            is_writable = is_writable && cloud.page_out(&pages, file, &goes).is_ok();
         });
     }
 
@@ -142,11 +145,16 @@ impl StaticCloud {
         (self.stamp, self.verdicts) = (source.stamp, source.verdicts.revision());
     }
 
-    /// Puts blocks into the file that are in memory and shall go.
-    fn page_out(&mut self, file: &Arc<PageFile>, goes: impl Fn(usize) -> bool) -> std::io::Result<()> {
+    /// Puts blocks of some pages into the file that are in memory and shall go.
+    fn page_out(
+        &mut self,
+        pages: &[usize],
+        file: &Arc<PageFile>,
+        goes: impl Fn(usize) -> bool,
+    ) -> std::io::Result<()> {
         const PAGE: usize = Pages::<Paged<StaticBlock>>::PAGE;
         let (mut buffer, mut written) = (Vec::new(), Vec::new());
-        for first in (0..self.blocks.len()).step_by(PAGE) {
+        for first in pages.iter().map(|page| page * PAGE) {
             let slots = first..self.blocks.len().min(first + PAGE);
             let leaves = |slot: &usize| self.blocks[*slot].in_memory().is_some() && goes(*slot);
             let slots: Vec<usize> = slots.filter(leaves).collect();
