@@ -62,16 +62,14 @@ impl Criterion {
         (is_near && self.patches_adjoin(detected, mapped, region, &[])).then_some(agreement)
     }
 
-    /// Those of `others` that stand between two planes, seen or `unseen` metres beyond what was seen of them:
-    /// see [`Partition`].
+    /// Those of `others` that stand between two planes: see [`Partition`].
     pub(crate) fn partitions<'a>(
         &self,
         [a, b]: [&FinitePlane<'_>; 2],
         others: impl Iterator<Item = FinitePlane<'a>>,
-        unseen: f64,
     ) -> Vec<Partition> {
         let region = self.near(a).intersection(&self.near(b));
-        let lengths = [unseen, f64::from(self.reach()) * self.voxel_size];
+        let lengths = [self.max_offset(), f64::from(self.reach()) * self.voxel_size];
         let of = |wall: FinitePlane<'a>| Partition::new(&wall, [a, b], &region, self.voxel_size, lengths);
         others.filter_map(of).collect()
     }
@@ -87,7 +85,7 @@ impl Criterion {
     }
 
     /// Largest distance of a patch's voxels from the plane, metres.
-    pub(crate) fn max_offset(&self) -> f64 {
+    fn max_offset(&self) -> f64 {
         self.config.max_distance + 2.0 * self.voxel_size
     }
 
@@ -151,45 +149,4 @@ fn distance_between(detected: &FinitePlane<'_>, mapped: &FinitePlane<'_>) -> f64
     let variance = |plane: &Plane| quadratic_form(&detected.spread, plane.normal());
     let by_inclination = (variance(&mapped.plane) - variance(&detected.plane)).max(0.0);
     (offset * offset + by_inclination).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::patches::{Patch, VoxelLists};
-
-    const VOXEL: f64 = 0.025;
-
-    fn patch(place: impl Fn(f64, f64) -> [f64; 3], sides: [[f64; 2]; 2]) -> Patch {
-        let steps = |[from, to]: [f64; 2]| {
-            (0..).map(move |k| from + 0.02 * f64::from(k)).take_while(move |c| *c < to)
-        };
-        let points = steps(sides[0]).flat_map(|a| steps(sides[1]).map(move |b| (a, b)));
-        Patch::of_points(points.map(|(a, b)| place(a, b)), VOXEL, &mut VoxelLists::default())
-    }
-
-    fn plane(normal: [f64; 3], patch: &Patch) -> FinitePlane<'_> {
-        FinitePlane { plane: Plane::new(normal, 0.0).unwrap(), centroid: [0.0; 3], spread: [0.0; 6], patch }
-    }
-
-    /// Two walls of rooms in one plane, 2.5 m high; of the wall between the rooms 1.5 m have been seen.
-    #[test]
-    fn a_wall_goes_on_as_far_beyond_what_was_seen_of_it_as_is_said() {
-        let height = [0.0, 2.5];
-        let left = patch(|x, z| [x, 0.01, z], [[-1.0, -0.02], height]);
-        let right = patch(|x, z| [x, 0.01, z], [[0.02, 1.0], height]);
-        let between = patch(|y, z| [0.01, y, z], [[-1.0, 0.0], [0.0, 1.5]]);
-        let config = AssociationConfig::default();
-        let criterion = Criterion::new(&config, VOXEL);
-        let [left, right] = [&left, &right].map(|patch| plane([0.0, -1.0, 0.0], patch));
-        let separates = |unseen: f64, z: f64| {
-            let walls = [plane([1.0, 0.0, 0.0], &between)].into_iter();
-            let found = criterion.partitions([&left, &right], walls, unseen);
-            found.iter().any(|wall| wall.separates([-0.1, 0.0, z], [0.1, 0.0, z]))
-        };
-        let short = criterion.max_offset();
-        assert!(separates(short, 1.0) && separates(short, 1.55) && !separates(short, 2.2));
-        let long = config.max_occluded_gap;
-        assert!(separates(long, 1.0) && separates(long, 2.2) && !separates(long, 2.4));
-    }
 }

@@ -30,13 +30,13 @@ pub(crate) struct Partition {
 impl Partition {
     /// `None` unless one plane is before the wall and the other behind it within `region`, where they are
     /// near each other. The end of the wall's corner with them may not have been seen, so the partition
-    /// extends up to `unseen` metres beyond its own voxels. O(voxels of the three planes in the region).
+    /// extends up to `apart` metres beyond its own voxels. O(voxels of the three planes in the region).
     pub(super) fn new(
         wall: &FinitePlane<'_>,
         [a, b]: [&FinitePlane<'_>; 2],
         region: &VoxelBox,
         voxel_size: f64,
-        [unseen, reach]: [f64; 2],
+        [apart, reach]: [f64; 2],
     ) -> Option<Self> {
         let is_across =
             |other: &FinitePlane<'_>| dot(wall.plane.normal(), other.plane.normal()).abs() < COS_ACROSS;
@@ -50,7 +50,7 @@ impl Partition {
         let centers = wall.patch.voxels_in(region).map(|voxel| voxel.center(voxel_size));
         let beside = centers.filter(|center| a.plane.signed_distance(*center).abs() <= reach);
         let steps: Vec<i64> = beside.map(|center| (dot(along, center) / voxel_size).floor() as i64).collect();
-        let margin = (unseen / voxel_size).ceil() as i64;
+        let margin = (apart / voxel_size).ceil() as i64;
         let (first, last) = (steps.iter().min()? - margin, steps.iter().max()? + margin);
         let mut stands = vec![false; (last - first + 1) as usize];
         for step in steps {

@@ -173,8 +173,12 @@ impl PlaneMap {
 
     /// The confirmed planes that may have inliers in a box, in the order of their births.
     pub(crate) fn confirmed_near(&self, region: VoxelBox) -> impl Iterator<Item = &MapPlane> {
-        let near = self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth));
-        near.filter(|plane| plane.is_confirmed)
+        self.near(region).filter(|plane| plane.is_confirmed)
+    }
+
+    /// The planes, confirmed or not, that may have inliers in a box, in the order of their births.
+    fn near(&self, region: VoxelBox) -> impl Iterator<Item = &MapPlane> {
+        self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth))
     }
 
     /// A distance from a point, metres, beyond which there is no inlier.
@@ -286,15 +290,19 @@ impl PlaneMap {
         if mapped.patch.is_near(detected.centroid, self.config.voxel_size) {
             return true;
         }
-        let partitions = self.partitions([detected, mapped], self.criterion.max_offset());
+        let partitions = self.partitions([detected, mapped], |wall| wall.is_confirmed);
         partitions.is_empty() || self.criterion.patches_adjoin(detected, mapped, region, &partitions)
     }
 
-    /// The confirmed planes that stand between two others, up to `unseen` metres beyond what was seen of them.
-    fn partitions(&self, planes: [&FinitePlane<'_>; 2], unseen: f64) -> Vec<Partition> {
+    /// The planes that stand between two others, among those for which `may_part` holds.
+    fn partitions(
+        &self,
+        planes: [&FinitePlane<'_>; 2],
+        may_part: impl Fn(&MapPlane) -> bool,
+    ) -> Vec<Partition> {
         let [a, b] = planes.map(|plane| self.criterion.near(plane));
-        let near = self.confirmed_near(a.intersection(&b));
-        self.criterion.partitions(planes, near.map(MapPlane::finite), unseen)
+        let near = self.near(a.intersection(&b)).filter(|wall| may_part(wall));
+        self.criterion.partitions(planes, near.map(MapPlane::finite))
     }
 
     fn fuse(

@@ -63,9 +63,10 @@ impl PlaneMap {
         (region, near)
     }
 
-    /// The gap between two planes of the map that may be one surface behind something: where no wall stands
-    /// between them. What may hide a strip of a surface may also hide the end of a wall, so walls are taken to
-    /// go on by the largest gap.
+    /// The gap between two planes of the map that may be one surface behind something, where no wall stands
+    /// between them. What may be a wall, though not confirmed yet, is waited for: when two rooms have been seen
+    /// and the wall between them from one side only, its other side is about to be seen, and a merge is not
+    /// undone.
     fn gap_between(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<Gap> {
         let (into, from) = in_order(a, b);
         let (from, into) = (from.finite(), into.finite());
@@ -74,7 +75,14 @@ impl PlaneMap {
             return None;
         }
         self.criterion.test_across_gap(&from, &into)?;
-        Gap::between(&from, &into, voxel_size, width, region, &self.partitions([&from, &into], width))
+        Gap::between(
+            &from,
+            &into,
+            voxel_size,
+            width,
+            region,
+            &self.partitions([&from, &into], |wall| !wall.is_gone),
+        )
     }
 
     /// Merges planes that this key frame has touched with planes that are one with them, best pair first.
