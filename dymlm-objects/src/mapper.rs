@@ -228,8 +228,9 @@ impl ObjectMapper {
                 };
                 let Some(other) = self.map.born(neighbour) else { continue };
                 let [own, its] = [own, observed[place].1].map(|index| &self.observations[index]);
+                let touches = may_touch(&object.oriented_box, &other.oriented_box);
                 let are_apart = || !holds_most(object, view, its) && !holds_most(other, view, own);
-                if other.label == object.label && may_touch(object, other) && are_apart() {
+                if other.label == object.label && touches && are_apart() {
                     pairs.push((birth, neighbour));
                 }
             }

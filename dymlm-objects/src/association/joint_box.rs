@@ -1,9 +1,9 @@
 use dymlm_core::Pose;
-use dymlm_core::vector3::{Vector3, difference, norm};
+use dymlm_core::vector3::{Vector3, difference};
 use dymlm_geometry::OrientedBox;
 
 use super::visible_iou;
-use crate::optimization::{MAX_IOU_LOSS, PRIOR_SLACK};
+use crate::optimization::{MAX_IOU_LOSS, PRIOR_SLACK, may_touch};
 use crate::{MapObject, ObjectObservation, ObjectShape, ObjectView, SizePriors};
 
 /// The box around an object and an observation, along the object's axes.
@@ -46,13 +46,6 @@ impl JointBox {
     }
 }
 
-/// Whether an observation is near enough to a box that both may be one thing: their bounding spheres touch.
-fn may_touch(own: &OrientedBox, observation: &ObjectObservation) -> bool {
-    let other = observation.fit.oriented_box;
-    let reach = 0.5 * (norm(own.lengths()) + norm(other.lengths()));
-    norm(difference(own.center(), other.center())) <= reach
-}
-
 /// Intersection over union of the detected box with the projection of the joint box; `None` unless the joint
 /// box explains the detection and the object's earlier views as well as the object's own box explains the
 /// latter.
@@ -63,7 +56,7 @@ pub(super) fn joint_iou(
     object: &MapObject,
     priors: &SizePriors,
 ) -> Option<f64> {
-    if !may_touch(&object.oriented_box, observation) {
+    if !may_touch(&object.oriented_box, &observation.fit.oriented_box) {
         return None;
     }
     let joint = JointBox::around(object, places)?;

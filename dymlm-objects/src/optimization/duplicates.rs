@@ -1,4 +1,5 @@
 use dymlm_core::vector3::{difference, norm};
+use dymlm_geometry::OrientedBox;
 
 use crate::MapObject;
 
@@ -15,12 +16,11 @@ pub(crate) fn are_duplicates(one: &MapObject, other: &MapObject, confirm: u32) -
     let least = if one.label == other.label { SAME_IOU } else { SAME_IOU_OTHER_LABEL };
     let apart = one.seen_apart.frames_with(other.birth).max(other.seen_apart.frames_with(one.birth));
     apart < confirm.min(one.observations).min(other.observations)
-        && may_touch(one, other)
+        && may_touch(&one.oriented_box, &other.oriented_box)
         && one.oriented_box.iou(&other.oriented_box) >= least
 }
 
-/// Whether the bounding spheres of two objects' boxes touch.
-pub(crate) fn may_touch(one: &MapObject, other: &MapObject) -> bool {
-    let (a, b) = (&one.oriented_box, &other.oriented_box);
+/// Whether the bounding spheres of two boxes touch.
+pub(crate) fn may_touch(a: &OrientedBox, b: &OrientedBox) -> bool {
     norm(difference(a.center(), b.center())) <= 0.5 * (norm(a.lengths()) + norm(b.lengths()))
 }

@@ -269,8 +269,7 @@ impl PlaneMap {
     fn associate(&self, share: &PlacedShare) -> Option<Pairing> {
         let detected = share.finite();
         let region = detected.patch.bounds().grown(self.criterion.reach());
-        let near = self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth));
-        let candidates = near.filter_map(|mapped| {
+        let candidates = self.near(region).filter_map(|mapped| {
             let agreement = self.test([&detected, &mapped.finite()], &region)?;
             Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.birth, agreement })
         });

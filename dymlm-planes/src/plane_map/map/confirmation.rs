@@ -29,7 +29,7 @@ impl PlaneMap {
         let regions = boxes.into_iter().map(|corners| VoxelBox::around(corners, self.config.voxel_size));
         let mut blocks: Vec<(Birth, _)> = Vec::new();
         for region in regions {
-            for plane in self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth)) {
+            for plane in self.near(region) {
                 blocks.extend(plane.patch.blocks_in(&region).into_iter().map(|block| (plane.birth, block)));
             }
         }
