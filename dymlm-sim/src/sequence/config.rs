@@ -44,7 +44,8 @@ pub struct SequenceConfig {
     /// Pose of the room in the world; in the room's own frame z is up and the floor is z = 0. Default
     /// identity. A tilted world shows whether a map depends on the direction of gravity.
     pub world_from_scene: Pose,
-    /// Number of people, in a building the number in each room where people are, 0..=2, default 2.
+    /// Number of people, in a building the number in each room where people are, in one made from a floor plan on each
+    /// way through it too, 0..=2, default 2.
     pub people: usize,
     /// Whether the people have heights and clothes drawn from the seed. Default false: the same two people in
     /// all sequences.

@@ -103,8 +103,8 @@ impl Layout {
                 seed: rng.random_range(0..u64::from(u32::MAX)),
             });
         }
-        let (openings, camera) = (Vec::new(), Vec::new());
-        Site { size, height: self.height, lanes, openings, camera, has_window: true, tables, activity }
+        let (openings, passed) = (Vec::new(), Vec::new());
+        Site { size, height: self.height, lanes, openings, passed, has_window: true, tables, activity }
     }
 
     /// The camera goes into each room through its door and out again, up to the far end of the corridor,

@@ -45,6 +45,9 @@ pub(super) struct Plan {
     pub(super) route: Route,
 }
 
+/// Free floor on all sides of the camera, metres: one can carry it through a door of 0.9 m.
+const CLEARANCE: f32 = 0.4;
+
 impl BuildingPlan {
     /// Largest number of cells.
     pub const MAX_CELLS: usize = 1 << 24;
@@ -81,7 +84,7 @@ impl BuildingPlan {
         let grid = PlanGrid { cells: cells.collect(), ..*grid };
         let free = Raster::of(&grid.cells, width, |&cell| cell == PlanCell::Free);
         let walls = wall_boxes(&grid, &solid);
-        let route = Route::new(&grid, &free)?;
+        let route = Route::new(&grid, &free, CLEARANCE)?;
         Ok(Self(Arc::new(Plan { grid, free, walls, wall_height: wall_height as f32, route })))
     }
 

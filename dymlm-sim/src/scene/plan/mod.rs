@@ -4,6 +4,7 @@ mod building_plan;
 mod contour;
 mod error;
 mod grid;
+mod passers;
 mod raster;
 mod round;
 mod route;
@@ -19,10 +20,12 @@ pub use self::building_plan::BuildingPlan;
 use self::building_plan::Plan;
 pub use self::error::PlanError;
 pub use self::grid::{PlanCell, PlanGrid};
+use self::passers::passages;
 use self::tiles::{Tile, tiles};
 use super::builder::Builder;
 use super::building::ACTIVITIES;
 use super::palette::{CARPET, PLASTER};
+use super::person::Action;
 use super::random_room::{Site, furnish};
 use super::tour::Tour;
 use super::walk::Walk;
@@ -43,12 +46,23 @@ impl Scene {
     /// A building made from a floor plan, furnished from the seed; its shell is the first thing.
     pub(super) fn planned(config: &SequenceConfig, building: &BuildingPlan) -> Self {
         let plan = building.plan();
-        let tour = tour(building, config.seed, config.frames as f64 / config.frame_rate);
+        let seconds = config.frames as f64 / config.frame_rate;
+        let tour = tour(building, config.seed, seconds);
         let mut b = Builder::default();
         shell(&mut b, plan);
         let mut rng = stream(config.seed, Use::Scene, 9, 0);
-        let way = points(&tour);
+        let mut way = points(&tour);
+        let begin = way.first().copied().unwrap_or_default();
         let mut people = Vec::new();
+        let passages =
+            passages(plan, &tour, seconds, config.people, &mut stream(config.seed, Use::Scene, 11, 0));
+        for (number, passage) in (1..).zip(passages) {
+            way.extend(passage.way);
+            let cast =
+                Cast::new(&SequenceConfig { seed: config.seed.wrapping_sub(number), ..config.clone() });
+            let actions = passage.walks.into_iter().map(Action::Walks).collect();
+            people.push((cast, actions, Pose3::IDENTITY));
+        }
         let mut number = 0;
         for tile in tiles(&plan.free, plan.grid.resolution) {
             if rng.random_range(0..ONE_EMPTY_OF) == 0 {
@@ -72,7 +86,6 @@ impl Scene {
             cast.enter_room(&mut b, actions, scene_from_room);
         }
         // A trolley would stand where the tour begins: no event is made for buildings.
-        let begin = way.first().copied().unwrap_or_default();
         let mut scene = Self::of(b, Viewpoint::OFFICE, Walk::new(&[begin.to_array()], 0.0, 0.0));
         scene.tour = Some(tour);
         scene
@@ -129,19 +142,18 @@ impl Plan {
     }
 
     /// A tile before it is furnished: things stand and hang along its sides only where walls are, and off the
-    /// camera's way.
+    /// ways of the camera and of those who walk through.
     fn site(&self, tile: &Tile, way: &[Vec2]) -> Site {
         let size = tile.lengths().map(|cells| (cells as f64 * self.grid.resolution) as f32);
         let half = 0.5 * Vec2::from(size);
         let middle = self.middle(tile).truncate();
-        // Walkers need room, and they meet the camera nowhere.
         let near = |at: &Vec2| (at.abs() - half).max_element() < 1.0;
-        let camera = way.iter().map(|&at| at - middle).filter(near).collect();
+        let passed = way.iter().map(|&at| at - middle).filter(near).collect();
         let openings: Vec<[Vec2; 2]> = (0..4).flat_map(|side| self.openings(tile, side)).collect();
         let has_window = !openings.iter().any(|[from, to]| from.y > 0.0 && from.y == to.y);
         let (lanes, tables) = (Vec::new(), Vec::new());
         let height = self.wall_height;
-        Site { size, height, lanes, openings, camera, has_window, tables, activity: None }
+        Site { size, height, lanes, openings, passed, has_window, tables, activity: None }
     }
 
     /// The stretches of a tile's side where no wall is, in the frame of its middle. Sides 0 and 1 are at the lower

@@ -50,8 +50,8 @@ pub(super) fn round(plan: &BuildingPlan, seconds: f64, rng: &mut ChaCha8Rng) -> 
 }
 
 /// Stops in the order of a short round.
-struct Order {
-    stops: Vec<usize>,
+pub(super) struct Order {
+    pub(super) stops: Vec<usize>,
 }
 
 /// Attempts to shorten a round.
@@ -59,7 +59,7 @@ const PASSES: usize = 60;
 
 impl Order {
     /// The nearest stop next, then pairs of ways are exchanged as long as that shortens the round (2-opt).
-    fn of(route: &Route, stops: &[usize]) -> Self {
+    pub(super) fn of(route: &Route, stops: &[usize]) -> Self {
         let between: Vec<Vec<u32>> = stops
             .iter()
             .map(|&stop| {

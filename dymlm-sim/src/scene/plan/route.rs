@@ -3,7 +3,7 @@ use parry3d::math::Vec2;
 use super::raster::{Counts, Raster};
 use super::{PlanError, PlanGrid};
 
-/// The places of a plan where a camera can be carried, and ways between them.
+/// The places of a plan where a camera can be carried or somebody can walk, and ways between them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Route {
     origin: Vec2,
@@ -13,8 +13,6 @@ pub(super) struct Route {
     open: Raster,
 }
 
-/// Free floor on all sides of the camera, metres: one can carry it through a door of 0.9 m.
-pub(super) const CLEARANCE: f32 = 0.4;
 /// Places are about this far apart, metres.
 const STEP: f64 = 0.1;
 /// More free floor than this makes no place better, metres.
@@ -26,18 +24,18 @@ const DIAGONAL: u32 = 7;
 const FAR: u32 = u32::MAX;
 
 impl Route {
-    /// The largest region of places with enough free floor around them.
-    pub(super) fn new(grid: &PlanGrid, free: &Raster) -> Result<Self, PlanError> {
+    /// The largest region of places with free floor for `clearance` metres on all sides.
+    pub(super) fn new(grid: &PlanGrid, free: &Raster, clearance: f32) -> Result<Self, PlanError> {
         let cells = (STEP / grid.resolution).ceil().max(1.0) as usize;
         let counts = Counts::of(free);
         let (width, height) = (grid.width / cells, grid.height / cells);
         let is_open: Vec<bool> = (0..width * height)
             .map(|place| {
-                has_clearance(&counts, [place % width, place / width], cells, grid.resolution, CLEARANCE)
+                has_clearance(&counts, [place % width, place / width], cells, grid.resolution, clearance)
             })
             .collect();
         let mut open = Raster { width, height, cells: is_open };
-        let largest = open.largest_component().ok_or(PlanError::NoWay(2.0 * CLEARANCE))?;
+        let largest = open.largest_component().ok_or(PlanError::NoWay(2.0 * clearance))?;
         open.cells.fill(false);
         for place in largest {
             open.cells[place] = true;

@@ -20,8 +20,8 @@ pub(in crate::scene) struct Site {
     pub(in crate::scene) lanes: Vec<[Vec2; 2]>,
     /// Stretches of the sides where no wall is, each from one point to another along an axis.
     pub(in crate::scene) openings: Vec<[Vec2; 2]>,
-    /// Points of the camera's way.
-    pub(in crate::scene) camera: Vec<Vec2>,
+    /// Points of the ways of the camera and of those who walk through.
+    pub(in crate::scene) passed: Vec<Vec2>,
     /// Whether a window may be in the wall at +y.
     pub(in crate::scene) has_window: bool,
     /// Tables with their backs to the walls at +x (1) and -x (-1).
@@ -45,8 +45,8 @@ pub(in crate::scene) struct SiteTable {
 const LANE: f32 = 0.45;
 /// Half the width of the strip that keeps things from hanging and standing where no wall is, metres.
 const OPENING: f32 = 0.06;
-/// Smallest distance of a walker's middle from the camera's way, metres.
-const FROM_CAMERA: f32 = 0.9;
+/// Smallest distance of a walker's middle from these ways, metres.
+const FROM_WAYS: f32 = 0.9;
 
 /// Furnishes a room and gives what was built, without walls and floor, and what its people do; `None` when people
 /// find no place in any attempt.
@@ -77,7 +77,7 @@ fn begin(site: &Site, rng: &mut ChaCha8Rng) -> Furnished {
         let half = 0.5 * (*to - *from).abs() + OPENING;
         room.floor.reserve(Footprint::new(0.5 * (*from + *to), 0.0, half.to_array()));
     }
-    room.floor.keep_free(site.camera.iter().copied(), CLEARANCE);
+    room.floor.keep_free(site.passed.iter().copied(), CLEARANCE);
     room.hang_things(site.has_window, rng);
     for table in &site.tables {
         room.table_at_wall(table.side, table.y, table.size, table.height, table.seed);
@@ -91,8 +91,8 @@ fn inhabit(site: &Site, cast: &Cast, room: &mut Furnished, rng: &mut ChaCha8Rng)
     match site.activity {
         None => Some(Vec::new()),
         Some(Activity::Walking) => {
-            let is_off_camera = |at: Vec2| site.camera.iter().all(|camera| camera.distance(at) > FROM_CAMERA);
-            let way = choose_free_way(&room.floor, rng, is_off_camera, |_| true)?;
+            let is_off_ways = |at: Vec2| site.passed.iter().all(|passed| passed.distance(at) > FROM_WAYS);
+            let way = choose_free_way(&room.floor, rng, is_off_ways, |_| true)?;
             room.floor.keep_free(way.samples.iter().copied(), CLEARANCE);
             Some(vec![Action::Walks(way.walk(rng))])
         }
