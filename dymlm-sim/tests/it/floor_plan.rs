@@ -3,8 +3,8 @@
 
 use dymlm_core::PinholeCamera;
 use dymlm_sim::{
-    BuildingPlan, CameraPath, DetectorConfig, PlanCell, PlanError, PlanGrid, SensorConfig, Sequence,
-    SequenceConfig, Truth, TruthConfig,
+    BuildingPlan, CameraPath, CarriedObject, DetectorConfig, PlanCell, PlanError, PlanGrid, SensorConfig,
+    Sequence, SequenceConfig, Truth, TruthConfig,
 };
 
 const RESOLUTION: f64 = 0.1;
@@ -171,6 +171,25 @@ fn a_seed_is_a_building() {
     };
     let of: Vec<Vec<u32>> = [8, 8, 9].map(depths).into();
     assert!(of[0] == of[1] && of[0] != of[2]);
+}
+
+#[test]
+fn nothing_of_other_rooms_is_in_it() {
+    let mut config = config(&two_rooms(), 2);
+    config.carried = Some(CarriedObject::default());
+    assert!(Sequence::new(&config).unwrap().carried_thing(10).is_none());
+    // On some of the other days, things stand elsewhere; the walls stay.
+    let first = Sequence::new(&config).unwrap();
+    let on_day = |day: u64| {
+        Sequence::new(&{
+            let mut config = config.clone();
+            config.day = day;
+            config
+        })
+        .unwrap()
+    };
+    assert!((1..8).any(|day| !on_day(day).differences_from(&first).is_empty()));
+    assert!(format!("{config:?}").len() < 4000);
 }
 
 #[test]
