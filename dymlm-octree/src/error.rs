@@ -105,6 +105,9 @@ pub enum Error {
     /// A file of a kind of octree that is not supported.
     #[error("octrees with the id {0:?} are not supported, only OcTree and ColorOcTree")]
     UnsupportedTree(String),
+    /// A file that is no map as `map_server` reads them, or one that is damaged.
+    #[error("no valid map: {0}")]
+    MapFile(String),
     /// Any other error about a file.
     #[error("{path}: {source}")]
     File {

@@ -11,7 +11,7 @@
 //!   [`Octree::leaves_in_box`]; [`Octree::accessor`] for many queries in one neighbourhood.
 //! - Files: [`Octree::read_ot`], [`Octree::write_ot`], [`Octree::read_bt`], [`Octree::write_bt`].
 //! - [`OccupancyGrid`]: the projection to a 2D map as ROS navigation reads it: whole, of a region, updated
-//!   where the octree has changed, inflated.
+//!   where the octree has changed, inflated. [`MapFile`] reads such maps.
 //!
 //! World frame, metres; no axis is taken for up.
 
@@ -45,7 +45,7 @@ pub use error::Error;
 pub use insertion::InsertReport;
 pub use leaves::{Leaf, Leaves};
 pub use nearest_obstacle::NearestObstacle;
-pub use occupancy_grid::{GridRegion, GridUpdate, OccupancyGrid};
+pub use occupancy_grid::{GridRegion, GridUpdate, MapFile, OccupancyGrid};
 pub use octree::{Extent, Octree, OctreeCounts};
 pub use ray_cast::{RayEnd, RayHit, UnknownCells};
 

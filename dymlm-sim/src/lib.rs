@@ -4,7 +4,8 @@
 //! camera would give them ([`SensorConfig`]), the boxes of a 2D detector with its failures
 //! ([`DetectorConfig`]), and beside these what no recording has: exact poses, exact depth, exact masks of the
 //! people. [`SequenceType`] names the eight usual sequences, [`SequenceConfig::random_room`] gives another
-//! room for each seed, [`SequenceConfig::building`] a floor of a building. [`Truth`] gathers the exact
+//! room for each seed, [`SequenceConfig::building`] a floor of a building, [`BuildingPlan`] a building with the
+//! walls of a real floor plan. [`Truth`] gathers the exact
 //! surfaces, the volume that people swept, flat faces and labelled objects: the truth that the scores of the
 //! crate `dymlm-metrics` need.
 //!
@@ -51,7 +52,10 @@ mod to_pose;
 mod truth;
 
 pub use detector::{DetectionRates, DetectorConfig};
-pub use scene::{Activity, CarriedKind, CarriedMotion, CarriedObject, Room, SceneEvent};
+pub use scene::{
+    Activity, BuildingPlan, CarriedKind, CarriedMotion, CarriedObject, PlanCell, PlanError, PlanGrid, Room,
+    SceneEvent,
+};
 pub use sensor::SensorConfig;
 pub use sequence::{
     CameraPath, CarriedThing, FrameScratch, Frames, PlaceChange, PoseErrorConfig, RecordedDrift, SceneChange,

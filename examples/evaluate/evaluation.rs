@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::change_watch::ChangeWatch;
 use crate::columns::Scores;
 use crate::drift::Poses;
+use crate::floor_plan::PlanPicture;
 use crate::residue_picture::Panel;
 use crate::run::Run;
 use crate::standard::Standard;
@@ -72,6 +73,8 @@ pub(crate) struct Evaluation {
     /// The cloud of each row from above with the residue marked; none when there is only one treatment of
     /// movers.
     pub(crate) panels: Vec<Panel>,
+    /// The map of a building made from a floor plan beside the plan: the last one drawn.
+    pub(crate) beside_plan: Option<PlanPicture>,
 }
 
 /// The variants of the input, one builder for each combination.
@@ -130,7 +133,7 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
         bar.inc(1);
     }
     let scoring = Scoring { standard: &standard, subject, compares: ways.treatments.len() > 1 };
-    let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new() };
+    let mut evaluation = Evaluation { rows: Vec::new(), panels: Vec::new(), beside_plan: None };
     for (run, watch) in runs.iter_mut().zip(&watches) {
         run.finish();
         if matches!(run.poses(), Poses::Corrected | Poses::Refined) {
@@ -181,6 +184,8 @@ impl Scoring<'_> {
             let mut scores = Scores::default();
             standard.score_cloud(&cloud, &mut scores);
             if stage == Stage::After {
+                evaluation.beside_plan =
+                    PlanPicture::draw(run.map(), &cloud, standard.truth(), &subject.sequence);
                 standard.score_octree(run.map().octree(), &mut scores)?;
                 standard.score_planes(run.map().planes(), &mut scores);
                 standard.score_objects(run.map().objects(), &mut scores);

@@ -17,6 +17,10 @@
 //! second; `--robot`, `--pitch 60` and `--roll 90` say how the camera is held. Fails when a figure is worse
 //! than its limit.
 //!
+//! `--floor-plan FILE.yaml` takes a building with the walls of a floor plan as ROS's map server reads them instead,
+//! furnished from `--seed N`, with at most `--frames N` frames; `--rate` and how the camera is held as above. It writes
+//! a picture of the map from above beside the plan.
+//!
 //! `--recordings SEED` takes a building in eight recordings, of which two were made on another day after
 //! things were moved, merges their maps and compares the changes that they report with the truth.
 //!
@@ -33,6 +37,7 @@ mod columns;
 mod days;
 mod drift;
 mod evaluation;
+mod floor_plan;
 mod limits;
 mod recording;
 mod residue_picture;
@@ -86,11 +91,33 @@ struct Arguments {
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "detector_rate"])]
     fresh: Option<u64>,
     /// A floor of a building generated from this seed instead
-    #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh"])]
+    #[arg(
+        long,
+        value_name = "SEED",
+        conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh"],
+        group = "place"
+    )]
     building: Option<u64>,
     /// A floor of a building in eight recordings of two days instead: scores the changes found between them
     #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh", "building"])]
     recordings: Option<u64>,
+    /// A building with the walls of this floor plan instead: a .yaml file as ROS's map server reads it
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh", "recordings"],
+        group = "place"
+    )]
+    floor_plan: Option<PathBuf>,
+    /// With a floor plan: decides about furniture, people and the camera's way
+    #[arg(long, default_value_t = 1, requires = "floor_plan")]
+    seed: u64,
+    /// With a floor plan: the greatest number of frames. When they do not suffice, less of the plan is shown
+    #[arg(long, default_value_t = 2000, requires = "floor_plan")]
+    frames: usize,
+    /// With a floor plan: height of the walls, metres
+    #[arg(long, default_value_t = 2.8, requires = "floor_plan")]
+    wall_height: f64,
     /// Number of a building's rooms
     #[arg(long, default_value_t = 8)]
     rooms: usize,
@@ -98,13 +125,13 @@ struct Arguments {
     #[arg(long, default_value_t = 5.0)]
     rate: f64,
     /// In the building, the camera is on a robot, 0.3 m above the floor
-    #[arg(long, requires = "building")]
+    #[arg(long, requires = "place")]
     robot: bool,
     /// In the building, the camera looks down by this many degrees
-    #[arg(long, default_value_t = 0.0, requires = "building")]
+    #[arg(long, default_value_t = 0.0, requires = "place")]
     pitch: f64,
     /// In the building, the camera is rolled by this many degrees
-    #[arg(long, default_value_t = 0.0, requires = "building")]
+    #[arg(long, default_value_t = 0.0, requires = "place")]
     roll: f64,
     /// No detections at all
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
@@ -152,6 +179,8 @@ fn main() -> Result<(), AnyError> {
         subjects::undetected(arguments.fresh, arguments.every)?
     } else if let Some(seed) = arguments.building {
         vec![subjects::building(&arguments, seed)?]
+    } else if let Some(file) = &arguments.floor_plan {
+        vec![floor_plan::subject(&arguments, file)?]
     } else if let Some(seed) = arguments.fresh {
         subjects::fresh(seed, arguments.every)?
     } else {
@@ -177,6 +206,9 @@ fn main() -> Result<(), AnyError> {
     let ways = Ways { treatments, detectors: &detectors, min_score, poses };
     let evaluations = evaluation::evaluate(&subjects, &ways)?;
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
+        if let Some(picture) = &evaluation.beside_plan {
+            picture.write(&subject.name, &arguments.out)?;
+        }
         residue_picture::write(&evaluation.panels, &subject.name, &arguments.out)?;
     }
     let mut rows: Vec<Row> = evaluations.into_iter().flat_map(|evaluation| evaluation.rows).collect();

@@ -43,10 +43,7 @@ impl Panel {
         for (index, &point) in
             cloud.points().iter().enumerate().filter(|&(_, &point)| height(point) < CEILING)
         {
-            let is_residue = truth.surface_distance(point) > OFF_SURFACE && truth.swept_by_movers(point);
-            let faded = colors.get(index).map_or([170; 3], |color| color.map(|c| 128 + c / 2));
-            let (side, color) = if is_residue { (RESIDUE, RED) } else { (POINT, faded) };
-            view.draw(point.map(f64::from), side, color);
+            draw_point(&mut view, point, colors.get(index), truth);
         }
         Self::reduced(&view)
     }
@@ -59,6 +56,14 @@ impl Panel {
         }
         Self { width, height, pixels }
     }
+}
+
+/// Draws a point of a cloud in faded colour; residue of people is red.
+pub(crate) fn draw_point(view: &mut Orthographic, point: Point, color: Option<&Rgb>, truth: &Truth) {
+    let is_residue = truth.surface_distance(point) > OFF_SURFACE && truth.swept_by_movers(point);
+    let faded = color.map_or([170; 3], |color| color.map(|c| 128 + c / 2));
+    let (side, color) = if is_residue { (RESIDUE, RED) } else { (POINT, faded) };
+    view.draw(point.map(f64::from), side, color);
 }
 
 /// Writes the panels of one sequence side by side: one column for each treatment, before late removal above,

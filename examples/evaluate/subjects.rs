@@ -24,7 +24,7 @@ pub(crate) struct Subject {
 }
 
 impl Subject {
-    fn new(named: NamedSequence, every_nth: usize) -> Result<Self, AnyError> {
+    pub(crate) fn new(named: NamedSequence, every_nth: usize) -> Result<Self, AnyError> {
         let sequence = Sequence::new(&every(named.config, every_nth))?;
         Ok(Self::of(sequence, named.name, named.set, SensorModel::default()))
     }
@@ -162,13 +162,18 @@ pub(crate) fn building(arguments: &Arguments, seed: u64) -> Result<Subject, AnyE
     let mut config = SequenceConfig::building(seed, arguments.rooms);
     config.frames = (config.frames as f64 * arguments.rate / config.frame_rate).round() as usize;
     config.frame_rate = arguments.rate;
+    hold_camera(arguments, &mut config);
+    let name = format!("building_{seed}_{}_rooms", arguments.rooms);
+    Subject::new(NamedSequence { name, config, set: SequenceSet::Building }, arguments.every)
+}
+
+/// How the camera is held on its tour.
+pub(crate) fn hold_camera(arguments: &Arguments, config: &mut SequenceConfig) {
     config.camera_pitch = arguments.pitch.to_radians();
     config.camera_roll = arguments.roll.to_radians();
     if arguments.robot {
         config.path = CameraPath::Robot;
     }
-    let name = format!("building_{seed}_{}_rooms", arguments.rooms);
-    Subject::new(NamedSequence { name, config, set: SequenceSet::Building }, arguments.every)
 }
 
 /// Frames of a quick sequence: 8 s, of which every second frame is taken.

@@ -8,6 +8,7 @@ mod distance_field;
 mod files;
 mod grid_updates;
 mod insertion;
+mod map_file;
 mod moved_body;
 mod octomap;
 mod projection;

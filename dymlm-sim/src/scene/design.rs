@@ -6,6 +6,9 @@ impl Scene {
     /// random room.
     pub(crate) fn new(config: &SequenceConfig) -> Self {
         let cast = Cast::new(config);
+        if let Some(plan) = &config.plan {
+            return Self::planned(config, plan);
+        }
         match config.room {
             Room::Office => Self::office(&cast),
             Room::TwoTables => Self::two_tables(&cast),

@@ -46,6 +46,32 @@ static BUILDINGS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| {
     [(0, 2), (1, 9), (2, 16)].map(building).into()
 });
 
+/// Buildings made from a floor plan: a hall of 17 x 11 m that is open on one side, and a room that a door of 1 m
+/// leads to.
+static PLANNED: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| {
+    let (width, height) = (240, 110);
+    let is_wall = |x: usize, y: usize| {
+        let is_outer = !(2..108).contains(&y) || x < 2;
+        let parts = (170..172).contains(&x) && !(50..60).contains(&y);
+        let is_pillar = (80..84).contains(&x) && (50..54).contains(&y);
+        is_outer || parts || is_pillar
+    };
+    let cell = |k: usize| if is_wall(k % width, k / width) { PlanCell::Occupied } else { PlanCell::Free };
+    let cells = (0..width * height).map(cell).collect();
+    let grid = PlanGrid { width, height, resolution: 0.1, origin: [-4.0, 1.5], cells };
+    let plan = BuildingPlan::new(&grid, 2.7).unwrap();
+    let building = |seed: u64| {
+        let config = SequenceConfig::planned_building(plan.clone(), seed, 10.0, 4000);
+        (format!("planned {seed}"), Scene::new(&config))
+    };
+    (0..4).map(building).collect()
+});
+
+/// All buildings.
+fn buildings() -> impl Iterator<Item = &'static (String, Scene)> {
+    BUILDINGS.iter().chain(PLANNED.iter())
+}
+
 /// Points of a body's surface at most `spacing` apart, in the scene.
 fn surface_points(part: &Part, spacing: f32) -> Vec<Vec3> {
     let half = part.shape.half_extents();
@@ -128,7 +154,7 @@ fn is_shell(scene: &Scene, thing: usize) -> bool {
 
 #[test]
 fn things_do_not_intersect() {
-    for (name, scene) in arrangements().chain(BUILDINGS.iter()) {
+    for (name, scene) in arrangements().chain(buildings()) {
         let parts = &scene.static_parts;
         let points: Vec<Vec<Vec3>> = parts.iter().map(|part| surface_points(part, 0.03)).collect();
         for (i, a) in parts.iter().enumerate().filter(|(_, part)| !is_room(part)) {
@@ -152,7 +178,7 @@ fn things_do_not_intersect() {
 
 #[test]
 fn things_are_in_the_room_and_stand_on_something() {
-    for (name, scene) in arrangements().chain(BUILDINGS.iter()) {
+    for (name, scene) in arrangements().chain(buildings()) {
         let parts = &scene.static_parts;
         let walls: Vec<&Part> = parts
             .iter()
@@ -233,7 +259,7 @@ fn people_meet_no_furniture_but_the_chairs_they_sit_on() {
 
 #[test]
 fn in_buildings_people_sit_and_walk_in_rooms() {
-    for (name, scene) in BUILDINGS.iter() {
+    for (name, scene) in buildings() {
         let sits = |person: &&Person| matches!(person.action, Action::Sits(_));
         let sitting = scene.people.iter().filter(sits).count();
         assert!(sitting >= 2 && scene.people.len() > sitting, "{name}: {sitting} sit");
@@ -250,6 +276,33 @@ fn in_buildings_people_sit_and_walk_in_rooms() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn in_planned_buildings_people_walk_through_and_meet_neither_each_other_nor_the_camera() {
+    for (name, scene) in PLANNED.iter() {
+        let tour = scene.tour.as_ref().unwrap();
+        let walks = |person: &&Person| matches!(person.action, Action::Walks(_));
+        let mut reach = vec![[Vec3::INFINITY, Vec3::NEG_INFINITY]; scene.people.iter().filter(walks).count()];
+        let mut bodies = Vec::new();
+        for step in 0..(5.0 * tour.seconds()) as u32 {
+            let time = 0.2 * f64::from(step);
+            let mut places = vec![tour.scene_from_carrier(time).translation];
+            for (person, [low, high]) in scene.people.iter().filter(walks).zip(&mut reach) {
+                bodies.clear();
+                person.pose(time, &mut bodies);
+                let hips = bodies[0].scene_from_part.translation.with_z(0.0);
+                assert!(
+                    places.iter().all(|place| place.distance(hips) > 0.85),
+                    "{name}: met at {hips}, {time} s"
+                );
+                places.push(hips);
+                (*low, *high) = (low.min(hips), high.max(hips));
+            }
+        }
+        let farthest = reach.iter().map(|[low, high]| (high - low).max_element()).fold(0.0, f32::max);
+        assert!(farthest > 8.0, "{name}: {farthest} m of {} walkers", reach.len());
     }
 }
 
@@ -375,10 +428,13 @@ fn the_camera_moves_through_air() {
 
 #[test]
 fn the_camera_goes_through_the_doors_of_a_building() {
-    for (name, scene) in BUILDINGS.iter() {
+    for (name, scene) in buildings() {
         for path in [CameraPath::Handheld, CameraPath::Robot] {
             let (mut bodies, mut last) = (Vec::new(), None);
-            for step in 0..1300 {
+            // In a planned building people stay off the camera for one tour.
+            let seconds = scene.tour.as_ref().map_or(0.0, Tour::seconds);
+            let steps = if name.starts_with("planned") { (2.0 * seconds) as u32 } else { 1300 };
+            for step in 0..steps {
                 let time = 0.5 * f64::from(step);
                 let eye = scene.scene_from_camera(path, time).translation;
                 assert!(last.is_none_or(|last: Vec3| last.distance(eye) < 0.8), "{name}: a jump to {eye}");

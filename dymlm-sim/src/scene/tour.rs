@@ -16,11 +16,13 @@ struct Knot {
     yaw: f32,
 }
 
-/// Speeds of moving and turning, metres and radians a second.
-const SPEED: f32 = 0.7;
+/// Speed of turning, radians a second.
 const TURN: f32 = 0.7;
 
 impl Tour {
+    /// Speed of moving, metres a second.
+    pub(super) const SPEED: f32 = 0.7;
+
     pub(super) fn begin(place: Vec3, yaw: f32) -> Self {
         Self { knots: vec![Knot { time: 0.0, place, yaw }] }
     }
@@ -32,14 +34,24 @@ impl Tour {
         if way.length() > 1e-3 {
             let turn = way.y.atan2(way.x) - last.yaw;
             self.turn(turn - std::f32::consts::TAU * (turn / std::f32::consts::TAU).round());
-            self.add(f64::from(way.length() / SPEED), place, self.last().yaw);
+            self.add(f64::from(way.length() / Self::SPEED), place, self.last().yaw);
         }
     }
 
     /// Turns in place by `angle` radians.
     pub(super) fn turn(&mut self, angle: f32) {
         let last = self.last();
-        self.add(f64::from(angle.abs() / TURN), last.place, last.yaw + angle);
+        self.add(Self::seconds_to_turn(angle), last.place, last.yaw + angle);
+    }
+
+    /// How long a turn by `angle` radians takes.
+    pub(super) fn seconds_to_turn(angle: f32) -> f64 {
+        f64::from(angle.abs() / TURN)
+    }
+
+    /// How long the tour takes.
+    pub(super) fn seconds(&self) -> f64 {
+        self.last().time
     }
 
     /// Stands for some seconds.

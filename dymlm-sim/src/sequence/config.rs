@@ -6,8 +6,10 @@ use rand::RngExt;
 
 use super::PoseErrorConfig;
 use crate::noise::{Use, stream};
-use crate::scene::SECONDS_A_ROOM;
-use crate::{Activity, CameraPath, CarriedObject, DetectorConfig, Room, SceneEvent, SensorConfig};
+use crate::scene::{SECONDS_A_ROOM, tour_seconds};
+use crate::{
+    Activity, BuildingPlan, CameraPath, CarriedObject, DetectorConfig, Room, SceneEvent, SensorConfig,
+};
 
 /// What a [`Sequence`](crate::Sequence) shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +26,9 @@ pub struct SequenceConfig {
     pub camera: Option<PinholeCamera>,
     /// The room. Default [`Room::Office`].
     pub room: Room,
+    /// A building made from a floor plan, which takes the place of the room; furniture, people and the camera's
+    /// tour, which lasts at most as long as the frames, are drawn from the seed. Default `None`.
+    pub plan: Option<BuildingPlan>,
     /// What the people do. Default [`Activity::Walking`].
     pub activity: Activity,
     /// The day of the recording, 0..=1000, default 0: on each other day, some chairs, plants and suitcases
@@ -39,7 +44,8 @@ pub struct SequenceConfig {
     /// Pose of the room in the world; in the room's own frame z is up and the floor is z = 0. Default
     /// identity. A tilted world shows whether a map depends on the direction of gravity.
     pub world_from_scene: Pose,
-    /// Number of people, in a building the number in each room where people are, 0..=2, default 2.
+    /// Number of people, in a building the number in each room where people are, in one made from a floor plan on each
+    /// way through it too, 0..=2, default 2.
     pub people: usize,
     /// Whether the people have heights and clothes drawn from the seed. Default false: the same two people in
     /// all sequences.
@@ -68,6 +74,7 @@ impl Default for SequenceConfig {
             seed: 7,
             camera: None,
             room: Room::default(),
+            plan: None,
             activity: Activity::default(),
             day: 0,
             path: CameraPath::default(),
@@ -117,6 +124,15 @@ impl SequenceConfig {
         let room = Room::Building { rooms };
         let default = Self::default();
         Self { room, seed, strangers: true, frames: (tour * default.frame_rate) as usize, ..default }
+    }
+
+    /// A building made from a floor plan and furnished from `seed`, with `frame_rate` frames a second and at most
+    /// `most_frames` of them: when these do not suffice for all of the floor, the camera's stops are farther apart,
+    /// and in the end some of them are left out. The scene's frame is that of the plan.
+    pub fn planned_building(plan: BuildingPlan, seed: u64, frame_rate: f64, most_frames: usize) -> Self {
+        let seconds = tour_seconds(&plan, seed, most_frames as f64 / frame_rate);
+        let frames = ((seconds * frame_rate).ceil() as usize).min(most_frames);
+        Self { plan: Some(plan), seed, strangers: true, frames, frame_rate, ..Self::default() }
     }
 
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {

@@ -62,7 +62,7 @@ impl Sequence {
             detector: Detector::new(config.detector, noise_seed),
             pose_error: None,
         };
-        if let (Some(what), Room::Office) = (config.carried, config.room) {
+        if let (Some(what), Room::Office, None) = (config.carried, config.room, &config.plan) {
             sequence.scene.carry(what);
         }
         sequence.stage_day();

@@ -7,6 +7,7 @@ mod days;
 mod detector;
 mod dynamic_map_score;
 mod events;
+mod floor_plan;
 mod occupancy_score;
 mod pose_error;
 mod scenes;

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod build_map;
+mod evaluate;
 mod kitchen_objects;
 mod kitchen_planes;
 mod map;

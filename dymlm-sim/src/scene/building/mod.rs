@@ -10,7 +10,7 @@ use rand::RngExt;
 
 use self::layout::{Column, Layout, SIDES};
 use super::builder::Builder;
-use super::random_room::{Site, SiteTable, furnish};
+use super::random_room::{ATTEMPTS, Site, SiteTable, furnish};
 use super::tour::Tour;
 use super::walk::Walk;
 use super::{Activity, Cast, Scene, Viewpoint};
@@ -22,7 +22,8 @@ pub(crate) const SECONDS_A_ROOM: f64 = 40.0;
 /// How long the camera stands at the far end of the corridor, seconds.
 const REST: f64 = 15.0;
 /// What people do in successive rooms; `None`: nobody is there.
-const ACTIVITIES: [Option<Activity>; 4] = [Some(Activity::Sitting), Some(Activity::Walking), None, None];
+pub(super) const ACTIVITIES: [Option<Activity>; 4] =
+    [Some(Activity::Sitting), Some(Activity::Walking), None, None];
 
 impl Scene {
     /// A floor of a building; its shell is the first thing.
@@ -36,7 +37,8 @@ impl Scene {
             let activity = ACTIVITIES[number % ACTIVITIES.len()];
             let cast =
                 Cast::new(&SequenceConfig { seed, activity: activity.unwrap_or_default(), ..config.clone() });
-            let (built, actions) = furnish(&layout.site(room, activity), &cast, seed);
+            let (built, actions) =
+                furnish(&layout.site(room, activity), &cast, seed, ATTEMPTS).unwrap_or_default();
             let scene_from_room = layout.scene_from_room(room);
             b.join(built, scene_from_room);
             people.push((cast, actions, scene_from_room));
@@ -101,7 +103,8 @@ impl Layout {
                 seed: rng.random_range(0..u64::from(u32::MAX)),
             });
         }
-        Site { size, height: self.height, lanes, tables, activity }
+        let (openings, passed) = (Vec::new(), Vec::new());
+        Site { size, height: self.height, lanes, openings, passed, has_window: true, tables, activity }
     }
 
     /// The camera goes into each room through its door and out again, up to the far end of the corridor,

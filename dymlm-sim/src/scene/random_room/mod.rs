@@ -17,7 +17,7 @@ use super::{Activity, Cast, Scene};
 use crate::noise::{Use, stream};
 
 /// Random rooms that are tried for a seed before the designed room is taken.
-const ATTEMPTS: u64 = 10_000;
+pub(super) const ATTEMPTS: u64 = 10_000;
 
 /// A furnished room with the camera's station and the people's walks.
 struct Plan {

@@ -1,0 +1,71 @@
+//! Tests of the program `evaluate`: a floor plan becomes a building whose map is scored.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs the program; `None` if it is not built: `cargo test` of the whole package builds it.
+fn evaluate(arguments: &[&str]) -> Option<Output> {
+    let deps = std::env::current_exe().unwrap();
+    let name = format!("evaluate{}", std::env::consts::EXE_SUFFIX);
+    let program = deps.parent()?.parent()?.join("examples").join(name);
+    if !program.exists() {
+        println!("skipped: {} is not built", program.display());
+        return None;
+    }
+    Some(Command::new(program).args(arguments).output().unwrap())
+}
+
+/// Writes `plan.yaml` and `plan.pgm` of a room of 5 x 4 m.
+fn write_plan(folder: &Path, origin: &str) -> String {
+    const SIZE: [usize; 2] = [54, 44];
+    let is_wall = |k: usize| {
+        let [x, y] = [k % SIZE[0], k / SIZE[0]];
+        x < 2 || y < 2 || x >= SIZE[0] - 2 || y >= SIZE[1] - 2
+    };
+    let pixels: Vec<u8> = (0..SIZE[0] * SIZE[1]).map(|k| if is_wall(k) { 0 } else { 254 }).collect();
+    let header = format!("P5\n{} {}\n255\n", SIZE[0], SIZE[1]);
+    std::fs::write(folder.join("plan.pgm"), [header.as_bytes(), &pixels].concat()).unwrap();
+    let yaml = format!(
+        "image: plan.pgm\nmode: trinary\nresolution: 0.1\norigin: {origin}\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    );
+    let path = folder.join("plan.yaml");
+    std::fs::write(&path, yaml).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_floor_plan_becomes_a_building() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = write_plan(folder.path(), "[-1.0, 2.0, 0.0]");
+    let out = folder.path().join("out");
+    let arguments = ["--floor-plan", &plan, "--seed", "3", "--frames", "40", "--every", "4", "--no-times"];
+    let Some(done) = evaluate(&[&arguments[..], &["--out", out.to_str().unwrap()]].concat()) else { return };
+    let said = String::from_utf8(done.stdout.clone()).unwrap();
+    assert!(done.status.success(), "{done:?}");
+    assert!(said.contains("4 faces of walls") && said.contains("plan_plan_3"), "{said}");
+    assert!(out.join("map_plan_plan_3.png").is_file() && out.join("evaluation.json").is_file());
+}
+
+#[test]
+fn what_is_no_floor_plan_is_refused_with_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let refused = |plan: &str| {
+        let done = evaluate(&["--floor-plan", plan, "--out", out.to_str().unwrap()])?;
+        assert!(!done.status.success(), "{done:?}");
+        Some(String::from_utf8(done.stderr).unwrap())
+    };
+    let turned = write_plan(folder.path(), "[0, 0, 0.5]");
+    let Some(said) = refused(&turned) else { return };
+    assert!(said.contains("plan.yaml") && said.contains("turned by 0.5 radians"), "{said}");
+    let plan = write_plan(folder.path(), "[0, 0, 0]");
+    std::fs::write(folder.path().join("plan.pgm"), b"P5 9 9 255\n").unwrap();
+    let said = refused(&plan).unwrap();
+    assert!(said.contains("plan.pgm") && said.contains("ends after 0 of its 9x9 pixels"), "{said}");
+    let full = [&b"P5 9 9 255\n"[..], &[0; 81]].concat();
+    std::fs::write(folder.path().join("plan.pgm"), full).unwrap();
+    let said = refused(&plan).unwrap();
+    assert!(said.contains("plan.yaml") && said.contains("no free cell"), "{said}");
+    let none = folder.path().join("none.yaml");
+    assert!(refused(none.to_str().unwrap()).unwrap().contains("none.yaml"));
+}
