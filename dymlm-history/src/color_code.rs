@@ -39,14 +39,14 @@ impl ReducedColors {
         let Self { size, luma, chroma: [red, green] } = self;
         *size = [image.width(), image.height()];
         [&mut *luma, &mut *red, &mut *green].into_iter().for_each(Vec::clear);
-        let (mut squares, mut large) = (Vec::new(), Vec::new());
+        let (mut mixed, mut squares, mut large) = (Vec::new(), Vec::new(), Vec::new());
         for rows in image.data().chunks(CHROMA_SIDE * size[0]) {
-            means_into(rows, size[0], &mut squares);
+            means_into(rows, size[0], &mut mixed, &mut squares);
             luma.extend(squares.iter().map(|mean| {
                 let [r, g, b] = mean.map(i32::from);
                 quantized(r + 2 * g + b, 4) as u8
             }));
-            means_into(&squares, size[0].div_ceil(LUMA_SIDE), &mut large);
+            means_into(&squares, size[0].div_ceil(LUMA_SIDE), &mut mixed, &mut large);
             // -64..=64 becomes 0..=128.
             let hue = |difference| (quantized(difference, 2) + 64) as u8;
             let channels = || large.iter().map(|mean| mean.map(i32::from));
@@ -118,24 +118,40 @@ fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>>
     Some(values.into_iter().map(|value| value as u8).collect())
 }
 
-/// Makes `all` the mean colours of squares of 2x2 pixels, rounded; squares at the rim are smaller.
-fn means_into(colors: &[Rgb], width: usize, all: &mut Vec<Rgb>) {
+/// Makes `all` the mean colours of squares of 2x2 pixels, rounded; squares at the rim are smaller. `mixed` is a
+/// buffer.
+fn means_into(colors: &[Rgb], width: usize, mixed: &mut Vec<u8>, all: &mut Vec<Rgb>) {
     all.clear();
     for rows in colors.chunks(2 * width) {
         let (upper, lower) = rows.split_at(width);
         // A square with half the pixels has the mean of one that has each of them twice.
         let lower = if lower.is_empty() { upper } else { lower };
-        let ((upper, last_upper), (lower, last_lower)) = (upper.as_chunks(), lower.as_chunks());
-        all.extend(upper.iter().zip(lower).map(|(&[a, b], &[c, d])| mean_of([a, b, c, d])));
-        all.extend(last_upper.iter().zip(last_lower).map(|(&a, &c)| mean_of([a, a, c, c])));
+        mix(upper.as_flattened(), lower.as_flattened(), mixed);
+        // Of each two pixels the first is mixed with the one that belongs to it; the last second one is missing.
+        mixed.extend(Rgb::default());
+        all.extend(mixed.as_chunks::<6>().0.iter().map(|&[r, g, b, ..]| [r, g, b]));
+        if let (false, Some(a), Some(c)) = (width.is_multiple_of(2), upper.last(), lower.last()) {
+            all.push([0, 1, 2].map(|channel| mean_of([a[channel], a[channel], c[channel], c[channel]])));
+        }
     }
 }
 
-fn mean_of(colors: [Rgb; 4]) -> Rgb {
-    std::array::from_fn(|channel| {
-        (colors.iter().map(|color| u16::from(color[channel])).sum::<u16>() + 2) >> 2
-    })
-    .map(|mean: u16| mean as u8)
+/// Makes `mixed` the means of each channel, of the one to its right, and of those below both: without a branch or a
+/// step, so that the compiler takes many at once.
+fn mix(upper: &[u8], lower: &[u8], mixed: &mut Vec<u8>) {
+    let length = upper.len().min(lower.len()).saturating_sub(size_of::<Rgb>());
+    mixed.clear();
+    mixed.resize(length, 0);
+    let own = upper.iter().zip(lower);
+    let right = upper.iter().zip(lower).skip(size_of::<Rgb>());
+    for ((mixed, (&a, &c)), (&b, &d)) in mixed.iter_mut().zip(own).zip(right) {
+        *mixed = mean_of([a, b, c, d]);
+    }
+}
+
+#[inline]
+fn mean_of(channels: [u8; 4]) -> u8 {
+    ((channels.map(u16::from).iter().sum::<u16>() + 2) >> 2) as u8
 }
 
 /// value / parts in steps, rounded to the nearest step.
@@ -192,7 +208,7 @@ mod tests {
                 })
             });
             let mut means = Vec::new();
-            means_into(image.data(), width, &mut means);
+            means_into(image.data(), width, &mut Vec::new(), &mut means);
             assert_eq!(means, expected.collect::<Vec<_>>(), "{width} x {height}");
         }
     }

@@ -242,7 +242,7 @@ impl History {
         }
     }
 
-    /// Bytes in memory, without what is still being packed.
+    /// Bytes in memory, without what is still being packed, and the buffers of packing.
     pub fn memory_bytes(&self) -> usize {
         let packed = self.slots.iter().map(|slot| match &slot.place {
             Place::Packed(packed) => packed.len(),
