@@ -57,6 +57,10 @@ impl Symbols {
         self.counts.resize(contexts, [0; SYMBOLS]);
     }
 
+    #[expect(
+        clippy::manual_inspect,
+        reason = "how many symbols `map` gives is known, so that room is made once"
+    )]
     pub(crate) fn extend(&mut self, symbols: impl Iterator<Item = Placed>) {
         let Self { placed, counts, .. } = self;
         placed.extend(symbols.map(|placed| {
