@@ -22,7 +22,7 @@ pub(crate) struct Packer {
     ready: VecDeque<Packed>,
     waiting: usize,
     /// An observation that has been packed, for its buffers.
-    spare: Option<Observation>,
+    spare: Option<Arc<Observation>>,
 }
 
 /// The thread ends when the packer is dropped.
@@ -89,18 +89,16 @@ impl Packer {
         })
     }
 
-    /// Takes back what has been packed, for its buffers, if nobody else holds it.
+    /// Takes back what has been packed, for its buffers.
     pub(crate) fn recycle(&mut self, kept: Kept) {
-        if let Kept::Observation(observation) = kept
-            && let Ok(observation) = Arc::try_unwrap(observation)
-        {
+        if let Kept::Observation(observation) = kept {
             self.spare = Some(observation);
         }
     }
 
     /// An observation that nobody needs any more, if there is one.
     pub(crate) fn spare(&mut self) -> Option<Observation> {
-        self.spare.take()
+        Arc::into_inner(self.spare.take()?)
     }
 
     /// Waits until everything that was given has been packed.
