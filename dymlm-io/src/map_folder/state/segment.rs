@@ -1,5 +1,5 @@
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use miniz_oxide::deflate::compress_to_vec;
@@ -16,9 +16,6 @@ const LEVEL: u8 = 1;
 const SAMPLE: usize = 4096;
 const LEAST_SAVED: usize = 16;
 
-/// Bytes that are read or written at once: parts have a few thousand.
-const BUFFER: usize = 1 << 16;
-
 /// A segment that is being written.
 #[derive(Debug)]
 pub(super) struct SegmentWriter {
@@ -29,7 +26,7 @@ pub(super) struct SegmentWriter {
 
 impl SegmentWriter {
     pub(super) fn create(path: &Path, number: u32) -> io::Result<Self> {
-        Ok(Self { number, file: BufWriter::with_capacity(BUFFER, File::create_new(path)?), end: 0 })
+        Ok(Self { number, file: BufWriter::with_capacity(1 << 16, File::create_new(path)?), end: 0 })
     }
 
     pub(super) fn number(&self) -> u32 {
@@ -86,7 +83,7 @@ impl SegmentWriter {
 /// A segment that is read.
 #[derive(Debug)]
 pub(super) struct SegmentReader {
-    file: BufReader<File>,
+    file: File,
     bytes: u64,
     /// Where the next bytes are read, if that is known: parts mostly follow each other.
     at: Option<u64>,
@@ -95,7 +92,7 @@ pub(super) struct SegmentReader {
 impl SegmentReader {
     pub(super) fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
-        Ok(Self { bytes: file.metadata()?.len(), file: BufReader::with_capacity(BUFFER, file), at: Some(0) })
+        Ok(Self { bytes: file.metadata()?.len(), file, at: Some(0) })
     }
 
     /// A part's bytes as stored in the file; `InvalidData` when the checksum differs.
@@ -106,10 +103,8 @@ impl SegmentReader {
         }
         let mut packed = vec![0; part.packed as usize];
         // Nowhere, if reading fails, so that the next part is looked for.
-        match self.at.take() {
-            // What lies in the buffer stays there.
-            Some(at) => self.file.seek_relative(part.offset.wrapping_sub(at).cast_signed())?,
-            None => self.file.seek(SeekFrom::Start(part.offset)).map(|_| ())?,
+        if self.at.take() != Some(part.offset) {
+            self.file.seek(SeekFrom::Start(part.offset))?;
         }
         self.file.read_exact(&mut packed)?;
         self.at = Some(part.offset + part.packed);
