@@ -20,6 +20,11 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
+    /// A writer with room for so many bytes.
+    pub fn with_capacity(bytes: usize) -> Self {
+        Self { bytes: Vec::with_capacity(bytes), ..Self::default() }
+    }
+
     /// Adds the lowest `bits` bits of a number, at most 32; its other bits must be 0.
     #[inline]
     pub fn put(&mut self, number: u32, bits: u32) {

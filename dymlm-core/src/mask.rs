@@ -21,7 +21,7 @@ use crate::{BoundingBox, Error};
 /// assert_eq!(is_static.count(), 640 * 480 - 100);
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq)]
 #[doc(alias = "segmentation")]
 #[doc(alias = "bitmap")]
 pub struct Mask {
@@ -32,6 +32,18 @@ pub struct Mask {
 }
 
 const WORD: usize = u64::BITS as usize;
+
+impl Clone for Mask {
+    fn clone(&self) -> Self {
+        Self { words: self.words.clone(), ..*self }
+    }
+
+    /// Allocates only when the mask grows.
+    fn clone_from(&mut self, mask: &Self) {
+        (self.width, self.height) = (mask.width, mask.height);
+        self.words.clone_from(&mask.words);
+    }
+}
 
 impl Mask {
     /// Takes one `bool` per pixel, row by row from the top left.

@@ -1,6 +1,6 @@
 use dymlm_core::{ColorImage, Rgb};
 
-use crate::number_plane::NumberPlane;
+use crate::number_plane::{NumberPlane, PlaneBuffers};
 
 /// Side of the square of pixels that share one brightness, and of the square that shares one chroma: at 2 m a
 /// pixel is 4 mm wide, and a voxel of the cloud 10 mm.
@@ -18,7 +18,7 @@ const LEVELS: u32 = 129;
 ///
 /// The image that is restored [from it](Self::to_image) is mapped, so that a map that is built again has the
 /// same colours.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ReducedColors {
     size: [usize; 2],
     luma: Vec<u8>,
@@ -29,19 +29,30 @@ pub struct ReducedColors {
 impl ReducedColors {
     /// Reduces an image. O(pixels).
     pub fn of(image: &ColorImage) -> Self {
-        let size = [image.width(), image.height()];
-        let squares = means(image.data(), size[0]);
-        let brightness = |mean: &Rgb| {
-            let [r, g, b] = mean.map(i32::from);
-            quantized(r + 2 * g + b, 4) as u8
-        };
-        let luma = squares.iter().map(brightness).collect();
-        let large = means(&squares, size[0].div_ceil(LUMA_SIDE));
-        let hue = |difference: fn([i32; 3]) -> i32| {
+        let mut colors = Self::default();
+        colors.refill(image);
+        colors
+    }
+
+    /// [`Self::of`] in this one's buffers.
+    pub(crate) fn refill(&mut self, image: &ColorImage) {
+        let Self { size, luma, chroma: [red, green] } = self;
+        *size = [image.width(), image.height()];
+        [&mut *luma, &mut *red, &mut *green].into_iter().for_each(Vec::clear);
+        let (mut mixed, mut squares, mut large) = (Vec::new(), Vec::new(), Vec::new());
+        for rows in image.data().chunks(CHROMA_SIDE * size[0]) {
+            means_into(rows, size[0], &mut mixed, &mut squares);
+            luma.extend(squares.iter().map(|mean| {
+                let [r, g, b] = mean.map(i32::from);
+                quantized(r + 2 * g + b, 4) as u8
+            }));
+            means_into(&squares, size[0].div_ceil(LUMA_SIDE), &mut mixed, &mut large);
             // -64..=64 becomes 0..=128.
-            large.iter().map(|mean| (quantized(difference(mean.map(i32::from)), 2) + 64) as u8).collect()
-        };
-        Self { size, luma, chroma: [hue(|[r, _, b]| 2 * (r - b)), hue(|[r, g, b]| 2 * g - r - b)] }
+            let hue = |difference| (quantized(difference, 2) + 64) as u8;
+            let channels = || large.iter().map(|mean| mean.map(i32::from));
+            red.extend(channels().map(|[r, _, b]| hue(2 * (r - b))));
+            green.extend(channels().map(|[r, g, b]| hue(2 * g - r - b)));
+        }
     }
 
     /// The restored image, which is the one that is mapped.
@@ -50,9 +61,14 @@ impl ReducedColors {
     ///
     /// None for colours that [`Self::of`] has made.
     pub fn to_image(&self) -> Result<ColorImage, dymlm_core::Error> {
+        self.to_image_in(Vec::new())
+    }
+
+    /// [`Self::to_image`] in a buffer that is no longer needed.
+    pub(crate) fn to_image_in(&self, mut pixels: Vec<Rgb>) -> Result<ColorImage, dymlm_core::Error> {
         let [width, height] = self.size;
         let columns = [LUMA_SIDE, CHROMA_SIDE].map(|side| width.div_ceil(side));
-        let mut pixels: Vec<Rgb> = vec![[0; 3]; width * height];
+        pixels.resize(width * height, [0; 3]);
         for (place, rows) in pixels.chunks_mut(LUMA_SIDE * width).enumerate() {
             let luma = &self.luma[place * columns[0]..][..columns[0]];
             let hues = place * LUMA_SIDE / CHROMA_SIDE * columns[1];
@@ -78,10 +94,11 @@ impl ReducedColors {
     }
 
     /// Appends the colours to `out`.
-    pub(crate) fn put(&self, out: &mut Vec<u8>) {
-        put_plane(&self.luma, self.size[0].div_ceil(LUMA_SIDE), out);
-        for plane in &self.chroma {
-            put_plane(plane, self.size[0].div_ceil(CHROMA_SIDE), out);
+    pub(crate) fn put(&self, buffers: &mut PlaneBuffers, out: &mut Vec<u8>) {
+        let planes =
+            [(&self.luma, LUMA_SIDE), (&self.chroma[0], CHROMA_SIDE), (&self.chroma[1], CHROMA_SIDE)];
+        for (values, side) in planes {
+            plane(self.size[0].div_ceil(side)).put(values.iter().copied().map(u32::from), buffers, out);
         }
     }
 
@@ -96,35 +113,45 @@ fn plane(width: usize) -> NumberPlane {
     NumberPlane { width, count: LEVELS, has_holes: false }
 }
 
-fn put_plane(values: &[u8], columns: usize, out: &mut Vec<u8>) {
-    let values: Vec<u32> = values.iter().copied().map(u32::from).collect();
-    plane(columns).put(&values, out);
-}
-
 fn take_plane(bytes: &mut &[u8], [columns, rows]: [usize; 2]) -> Option<Vec<u8>> {
     let values = plane(columns).take(columns * rows, bytes)?;
     Some(values.into_iter().map(|value| value as u8).collect())
 }
 
-/// Mean colours of squares of 2x2 pixels, rounded; squares at the rim are smaller.
-fn means(colors: &[Rgb], width: usize) -> Vec<Rgb> {
-    let mut all = Vec::with_capacity(colors.len() / 4 + width + 1);
+/// Makes `all` the mean colours of squares of 2x2 pixels, rounded; squares at the rim are smaller. `mixed` is a
+/// buffer.
+fn means_into(colors: &[Rgb], width: usize, mixed: &mut Vec<u8>, all: &mut Vec<Rgb>) {
+    all.clear();
     for rows in colors.chunks(2 * width) {
         let (upper, lower) = rows.split_at(width);
         // A square with half the pixels has the mean of one that has each of them twice.
         let lower = if lower.is_empty() { upper } else { lower };
-        let ((upper, last_upper), (lower, last_lower)) = (upper.as_chunks(), lower.as_chunks());
-        all.extend(upper.iter().zip(lower).map(|(&[a, b], &[c, d])| mean_of([a, b, c, d])));
-        all.extend(last_upper.iter().zip(last_lower).map(|(&a, &c)| mean_of([a, a, c, c])));
+        mix(upper.as_flattened(), lower.as_flattened(), mixed);
+        // Of each two pixels the first is mixed with the one that belongs to it; the last second one is missing.
+        mixed.extend(Rgb::default());
+        all.extend(mixed.as_chunks::<6>().0.iter().map(|&[r, g, b, ..]| [r, g, b]));
+        if let (false, Some(a), Some(c)) = (width.is_multiple_of(2), upper.last(), lower.last()) {
+            all.push([0, 1, 2].map(|channel| mean_of([a[channel], a[channel], c[channel], c[channel]])));
+        }
     }
-    all
 }
 
-fn mean_of(colors: [Rgb; 4]) -> Rgb {
-    std::array::from_fn(|channel| {
-        (colors.iter().map(|color| u16::from(color[channel])).sum::<u16>() + 2) >> 2
-    })
-    .map(|mean: u16| mean as u8)
+/// Makes `mixed` the means of each channel, of the one to its right, and of those below both: without a branch or a
+/// step, so that the compiler takes many at once.
+fn mix(upper: &[u8], lower: &[u8], mixed: &mut Vec<u8>) {
+    let length = upper.len().min(lower.len()).saturating_sub(size_of::<Rgb>());
+    mixed.clear();
+    mixed.resize(length, 0);
+    let own = upper.iter().zip(lower);
+    let right = upper.iter().zip(lower).skip(size_of::<Rgb>());
+    for ((mixed, (&a, &c)), (&b, &d)) in mixed.iter_mut().zip(own).zip(right) {
+        *mixed = mean_of([a, b, c, d]);
+    }
+}
+
+#[inline]
+fn mean_of(channels: [u8; 4]) -> u8 {
+    ((channels.map(u16::from).iter().sum::<u16>() + 2) >> 2) as u8
 }
 
 /// value / parts in steps, rounded to the nearest step.
@@ -180,7 +207,9 @@ mod tests {
                     ((sum + pixels.len() / 2) / pixels.len()) as u8
                 })
             });
-            assert_eq!(means(image.data(), width), expected.collect::<Vec<_>>(), "{width} x {height}");
+            let mut means = Vec::new();
+            means_into(image.data(), width, &mut Vec::new(), &mut means);
+            assert_eq!(means, expected.collect::<Vec<_>>(), "{width} x {height}");
         }
     }
 
@@ -190,7 +219,7 @@ mod tests {
             let colors = image(width, height, |u, v| [(u * 9) as u8, (v * 31) as u8, (u * v) as u8]);
             let reduced = ReducedColors::of(&colors);
             let mut bytes = Vec::new();
-            reduced.put(&mut bytes);
+            reduced.put(&mut PlaneBuffers::default(), &mut bytes);
             let mut rest = bytes.as_slice();
             assert_eq!(ReducedColors::take(&mut rest, [width, height]), Some(reduced));
             assert!(rest.is_empty());

@@ -1,7 +1,7 @@
 use bytes::{Buf, BufMut};
 use dymlm_core::DepthImage;
 
-use crate::number_plane::NumberPlane;
+use crate::number_plane::{NumberPlane, PlaneBuffers};
 
 /// How many values are remembered: more than a sensor with 11 bits of disparity has, few enough for a
 /// processor's nearest cache.
@@ -14,10 +14,15 @@ const NO_DEPTH: u32 = u32::MAX;
 ///
 /// A sensor's readings take few values (a Kinect's disparities: some hundred in a frame). Each reading is
 /// replaced by the rank of its value among those of the frame, which its neighbours predict.
-pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u8>) {
+pub(crate) fn put_depth(
+    depth: &DepthImage,
+    buffers: &mut PlaneBuffers,
+    head: &mut Vec<u8>,
+    body: &mut Vec<u8>,
+) {
     // Depths are not negative, so their bits have the same order.
-    let bits = || depth.data().iter().map(|z| z.to_bits());
-    let values = distinct(bits());
+    let bits = depth.data().iter().map(|z| z.to_bits());
+    let values = distinct(bits.clone());
     head.put_u32_le(values.len() as u32);
     for &value in &values {
         head.put_u32_le(value);
@@ -30,8 +35,7 @@ pub(crate) fn put_depth(depth: &DepthImage, head: &mut Vec<u8>, body: &mut Vec<u
         }
         known.1
     };
-    let ranks: Vec<u32> = bits().map(rank_of).collect();
-    plane_of(&values, depth.width()).put(&ranks, body);
+    plane_of(&values, depth.width()).put(bits.map(rank_of), buffers, body);
 }
 
 /// Reads the image that was put; `None` when the bytes hold none.
@@ -99,7 +103,7 @@ mod tests {
         for (width, depth_of) in images {
             let depth = DepthImage::new(width, 45, (0..width * 45).map(depth_of).collect()).unwrap();
             let (mut head, mut body) = (Vec::new(), Vec::new());
-            put_depth(&depth, &mut head, &mut body);
+            put_depth(&depth, &mut PlaneBuffers::default(), &mut head, &mut body);
             let taken = |mut head: &[u8], mut body: &[u8]| {
                 let depth = take_depth(&mut head, &mut body, [width, 45])?;
                 (head.is_empty() && body.is_empty()).then_some(depth)

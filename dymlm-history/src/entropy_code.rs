@@ -39,27 +39,53 @@ struct Coding {
 /// its state is less than 2^22 * frequency, and a frequency is at most 2^10.
 const RECIPROCAL_BITS: u32 = 42;
 
-/// Appends symbols; contexts are below `contexts`.
-pub(crate) fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>) {
-    let mut counts = vec![[0_u32; SYMBOLS]; contexts];
-    for placed in symbols {
-        counts[usize::from(placed.context)][usize::from(placed.symbol)] += 1;
+/// Symbols that are collected and then put. Its buffers are kept from plane to plane.
+#[derive(Debug, Default)]
+pub(crate) struct Symbols {
+    placed: Vec<Placed>,
+    /// How often each symbol occurs, by context.
+    counts: Vec<[u32; SYMBOLS]>,
+    codings: Vec<[Coding; SYMBOLS]>,
+    words: Vec<u16>,
+}
+
+impl Symbols {
+    /// Forgets all symbols; those that follow stand in contexts below `contexts`.
+    pub(crate) fn begin(&mut self, contexts: usize) {
+        self.placed.clear();
+        self.counts.clear();
+        self.counts.resize(contexts, [0; SYMBOLS]);
     }
-    let mut codings = Vec::with_capacity(contexts);
-    for counts in &counts {
-        let frequencies = Frequencies::of_counts(counts);
-        frequencies.put(out);
-        codings.push(frequencies.codings());
+
+    #[expect(
+        clippy::manual_inspect,
+        reason = "how many symbols `map` gives is known, so that room is made once"
+    )]
+    pub(crate) fn extend(&mut self, symbols: impl Iterator<Item = Placed>) {
+        let Self { placed, counts, .. } = self;
+        placed.extend(symbols.map(|placed| {
+            counts[usize::from(placed.context)][usize::from(placed.symbol)] += 1;
+            placed
+        }));
     }
-    let coding_of = |placed: &Placed| &codings[usize::from(placed.context)][usize::from(placed.symbol)];
-    let mut words = Vec::with_capacity(symbols.len() / 8);
-    // Backwards, since the decoder takes back first what was put last.
-    let state =
-        symbols.iter().rev().fold(LEAST_STATE, |state, placed| coding_of(placed).put(state, &mut words));
-    out.put_u32_le(state);
-    out.put_u32_le(words.len() as u32);
-    for &word in words.iter().rev() {
-        out.put_u16_le(word);
+
+    /// Appends the symbols to `out`.
+    pub(crate) fn put(&mut self, out: &mut Vec<u8>) {
+        let Self { placed, counts, codings, words } = self;
+        codings.clear();
+        for counts in counts {
+            let frequencies = Frequencies::of_counts(counts);
+            frequencies.put(out);
+            codings.push(frequencies.codings());
+        }
+        let coding_of = |placed: &Placed| &codings[usize::from(placed.context)][usize::from(placed.symbol)];
+        words.clear();
+        // Backwards, since the decoder takes back first what was put last.
+        let state =
+            placed.iter().rev().fold(LEAST_STATE, |state, placed| coding_of(placed).put(state, words));
+        out.put_u32_le(state);
+        out.put_u32_le(words.len() as u32);
+        out.extend(words.iter().rev().flat_map(|word| word.to_le_bytes()));
     }
 }
 
@@ -218,6 +244,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    fn put_symbols(symbols: &[Placed], contexts: usize, out: &mut Vec<u8>) {
+        let mut collected = Symbols::default();
+        // What was collected before is gone.
+        collected.begin(contexts + 1);
+        collected.extend(symbols.iter().copied());
+        collected.begin(contexts);
+        collected.extend(symbols.iter().copied());
+        collected.put(out);
+    }
 
     fn taken(bytes: &[u8], contexts: usize, like: &[Placed]) -> Option<Vec<u8>> {
         let mut rest = bytes;

@@ -2,10 +2,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dymlm_core::{Pages, Point, ScratchFile};
+use dymlm_core::{Frame, Pages, Point, ScratchFile};
 
 use crate::kept::Kept;
 use crate::packer::Packer;
+use crate::packing_buffers::PackingBuffers;
 use crate::{Error, Observation};
 
 /// Where key-frame observations and scans are kept.
@@ -94,6 +95,20 @@ impl History {
             }
         };
         Ok(Some(Self { slots: Pages::default(), packer: Packer::default(), file }))
+    }
+
+    /// The observation of a frame, as [`Observation::of_frame`] makes it, in the buffers of one that has been packed
+    /// where there is one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Observation::of_frame`].
+    pub fn observe(&mut self, frame: &Frame) -> Result<Observation, dymlm_core::Error> {
+        self.take_packed();
+        match self.packer.spare() {
+            Some(spare) => spare.refilled(frame),
+            None => Observation::of_frame(frame),
+        }
     }
 
     /// Keeps an observation; returns its number. Numbers ascend from 0 and are not used again.
@@ -197,7 +212,7 @@ impl History {
     /// The bytes of what is kept in a place.
     pub(crate) fn packed(&self, place: &Place) -> std::io::Result<Arc<[u8]>> {
         match place {
-            Place::Whole(kept) => Ok(kept.pack().into()),
+            Place::Whole(kept) => Ok(kept.pack(&mut PackingBuffers::default()).into()),
             Place::Packed(packed) => Ok(Arc::clone(packed)),
             &Place::Filed { offset, length } => match &self.file {
                 Some(file) => Ok(file.read(offset, length)?.into()),
@@ -227,7 +242,7 @@ impl History {
         }
     }
 
-    /// Bytes in memory, without what is still being packed.
+    /// Bytes in memory, without what is still being packed, and the buffers of packing.
     pub fn memory_bytes(&self) -> usize {
         let packed = self.slots.iter().map(|slot| match &slot.place {
             Place::Packed(packed) => packed.len(),
@@ -247,8 +262,10 @@ impl History {
         while let Some((index, packed)) = self.packer.next() {
             let is_awaited = matches!(self.place(index), Some(Place::Whole(_)));
             let place = is_awaited.then(|| self.put_away(packed));
-            if let Some((slot, place)) = self.slots.get_mut(index).zip(place) {
-                slot.place = place;
+            if let Some((slot, place)) = self.slots.get_mut(index).zip(place)
+                && let Place::Whole(kept) = std::mem::replace(&mut slot.place, place)
+            {
+                self.packer.recycle(kept);
             }
         }
     }

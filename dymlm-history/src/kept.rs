@@ -4,6 +4,7 @@ use dymlm_core::Point;
 
 use crate::Observation;
 use crate::packing::{pack, unpack};
+use crate::packing_buffers::PackingBuffers;
 use crate::scan_code::{pack_scan, unpack_scan};
 
 /// What a history keeps.
@@ -19,9 +20,9 @@ const OBSERVATION: u8 = 0;
 const SCAN: u8 = 1;
 
 impl Kept {
-    pub(crate) fn pack(&self) -> Box<[u8]> {
+    pub(crate) fn pack(&self, buffers: &mut PackingBuffers) -> Box<[u8]> {
         let (mut packed, kind) = match self {
-            Self::Observation(observation) => (pack(observation), OBSERVATION),
+            Self::Observation(observation) => (pack(observation, buffers), OBSERVATION),
             Self::Scan(points) => (pack_scan(points), SCAN),
         };
         packed.push(kind);

@@ -17,9 +17,12 @@ mod error;
 mod history;
 mod kept;
 mod number_plane;
+mod number_row;
 mod observation;
 mod packer;
 mod packing;
+mod packing_buffers;
+mod prediction;
 #[cfg(feature = "state")]
 mod saved_state;
 mod scan_code;

@@ -1,16 +1,14 @@
 //! Planes of numbers, packed by their differences from what their neighbours predict.
 
-use crate::entropy_code::{Decoder, Placed, put_symbols};
+use crate::entropy_code::{Decoder, Placed, Symbols};
+use crate::number_row::{Errors, NumberRow};
+use crate::prediction::{CONTEXTS, class_of, context_of, predicted};
 use dymlm_core::{BitReader, BitWriter};
 
 /// Errors below this are symbols of their own. For a larger error the symbol gives the highest two bits, and
 /// the other bits follow uncoded.
 const DIRECT: u32 = 16;
 const DIRECT_BITS: u32 = DIRECT.ilog2();
-/// Which of two neighbours are holes, times seven classes of how far the neighbours differ.
-const CONTEXTS: usize = 4 * 7;
-/// The class of each sum of differences; larger sums are of the last class.
-const CLASSES: [u8; 18] = [0, 1, 2, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 5, 5, 5, 5, 6];
 
 /// A plane of numbers, row by row.
 #[derive(Debug, Clone, Copy)]
@@ -24,44 +22,61 @@ pub(crate) struct NumberPlane {
     pub(crate) has_holes: bool,
 }
 
+/// Buffers of [`NumberPlane::put`], kept from plane to plane.
+#[derive(Debug, Default)]
+pub(crate) struct PlaneBuffers {
+    /// Of a row.
+    numbers: Vec<u32>,
+    row: NumberRow,
+    /// The row before it.
+    above: NumberRow,
+    errors: Errors,
+    symbols: Symbols,
+}
+
 /// What the neighbours before a number predict.
 #[derive(Debug, Clone, Copy)]
 struct Prediction {
-    /// Prediction by the median edge detector of JPEG-LS (Weinberger, Seroussi, Sapiro 2000).
     number: u32,
-    /// How sure the prediction is: where neighbours differ, errors are larger.
     context: u8,
 }
 
 /// A number that has been visited: its value, or the predicted one if it is a hole.
 #[derive(Debug, Clone, Copy, Default)]
 struct Visited {
-    known: u32,
+    known: i32,
     is_hole: bool,
 }
 
 impl NumberPlane {
     /// Appends numbers.
-    pub(crate) fn put(self, numbers: &[u32], out: &mut Vec<u8>) {
+    pub(crate) fn put(
+        self,
+        mut numbers: impl ExactSizeIterator<Item = u32>,
+        buffers: &mut PlaneBuffers,
+        out: &mut Vec<u8>,
+    ) {
         let (holes, levels) = self.holes_and_levels();
-        let mut symbols = Vec::with_capacity(numbers.len());
+        let PlaneBuffers { numbers: row_numbers, row, above, errors, symbols } = buffers;
         let mut bits = BitWriter::default();
-        let mut rest = numbers.iter();
-        // The walk does not end early: `numbers` has one number for each visit.
-        let _ = self.walk(numbers.len(), |prediction| {
-            let number = *rest.next()?;
-            let (visited, error) = if number < holes {
-                (Visited { known: prediction.number, is_hole: true }, number)
+        let mut is_first = true;
+        symbols.begin(CONTEXTS);
+        while numbers.len() > 0 {
+            row_numbers.clear();
+            row_numbers.extend(numbers.by_ref().take(self.width));
+            if std::mem::take(&mut is_first) {
+                row.fill_first(row_numbers, holes);
+                errors.of_first(row, holes, levels);
             } else {
-                let known = number - holes;
-                let error =
-                    if known < prediction.number { known + levels } else { known } - prediction.number;
-                (Visited { known, is_hole: false }, holes + folded(error, levels))
-            };
-            symbols.push(Placed { context: prediction.context, symbol: put_error(error, &mut bits) });
-            Some(visited)
-        });
-        put_symbols(&symbols, CONTEXTS, out);
+                std::mem::swap(row, above);
+                row.fill(row_numbers, holes, above);
+                errors.of(row, above, holes, levels);
+            }
+            symbols.extend(
+                errors.iter().map(|(error, context)| Placed { context, symbol: put_error(error, &mut bits) }),
+            );
+        }
+        symbols.put(out);
         bits.finish(out);
     }
 
@@ -75,7 +90,7 @@ impl NumberPlane {
             let error = take_error(decoder.next(prediction.context), &mut bits)?;
             if error < holes {
                 numbers.push(error);
-                return Some(Visited { known: prediction.number, is_hole: true });
+                return Some(Visited { known: prediction.number as i32, is_hole: true });
             }
             let error = error - holes;
             if error >= levels {
@@ -84,7 +99,7 @@ impl NumberPlane {
             let sum = prediction.number + unfolded(error, levels);
             let known = if sum >= levels { sum - levels } else { sum };
             numbers.push(holes + known);
-            Some(Visited { known, is_hole: false })
+            Some(Visited { known: known as i32, is_hole: false })
         })?;
         (decoder.is_done() && bits.is_done()).then_some(numbers)
     }
@@ -116,9 +131,7 @@ impl NumberPlane {
 }
 
 impl Prediction {
-    /// Predicts a neighbour's number at an edge, else the plane through the three neighbours. The context is
-    /// made of numbers that are known before that of `west`, and of whether `west` is a hole, so that a
-    /// decoder need not wait for the number.
+    /// The context is made of numbers that are known before that of `west`, and of whether `west` is a hole.
     #[inline]
     fn by(
         second_west: Visited,
@@ -127,12 +140,11 @@ impl Prediction {
         north: Visited,
         north_east: Visited,
     ) -> Self {
-        let [w, nw, n, ne] = [west, north_west, north, north_east].map(|neighbor| neighbor.known);
-        let number = (w + n).saturating_sub(nw).clamp(w.min(n), w.max(n));
-        let spread = second_west.known.abs_diff(nw) + nw.abs_diff(n) + n.abs_diff(ne);
-        let class = CLASSES[(spread as usize).min(CLASSES.len() - 1)];
-        let holes = u8::from(west.is_hole) + 2 * u8::from(north.is_hole);
-        Self { number, context: 7 * holes + class }
+        let class = class_of(second_west.known, north_west.known, north.known, north_east.known);
+        Self {
+            number: predicted(west.known, north_west.known, north.known) as u32,
+            context: context_of(class, west.is_hole.into(), north.is_hole.into()) as u8,
+        }
     }
 }
 
@@ -159,13 +171,7 @@ fn take_error(symbol: u8, bits: &mut BitReader<'_>) -> Option<u32> {
     Some((2 | (index % 2)) << low_bits | bits.next(low_bits)?)
 }
 
-/// Numbers the errors modulo `count` in the order 0, -1, 1, -2, 2 ...
-#[inline]
-fn folded(error: u32, count: u32) -> u32 {
-    let back = count - error;
-    if error < back { 2 * error } else { 2 * back - 1 }
-}
-
+/// The error of a number among `count`; the inverse of what packing does.
 #[inline]
 fn unfolded(folded: u32, count: u32) -> u32 {
     if folded & 1 == 0 { folded / 2 } else { count - folded / 2 - 1 }
@@ -179,14 +185,8 @@ mod tests {
 
     fn bytes_of(plane: NumberPlane, numbers: &[u32]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        plane.put(numbers, &mut bytes);
+        plane.put(numbers.iter().copied(), &mut PlaneBuffers::default(), &mut bytes);
         bytes
-    }
-
-    #[test]
-    fn small_errors_are_small_numbers() {
-        assert_eq!([0, 6, 1, 5, 2, 4, 3].map(|error| folded(error, 7)), [0, 1, 2, 3, 4, 5, 6]);
-        assert_eq!([0, 5, 1, 4, 2, 3].map(|error| folded(error, 6)), [0, 1, 2, 3, 4, 5]);
     }
 
     #[test]

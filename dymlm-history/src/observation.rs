@@ -1,4 +1,4 @@
-use dymlm_core::{DepthImage, Detection, Error, Frame, Mask, PinholeCamera};
+use dymlm_core::{ColorImage, DepthImage, Detection, Error, Frame, Mask, PinholeCamera};
 use dymlm_objects::SightedPoint;
 use dymlm_planes::DetectedPlane;
 
@@ -35,6 +35,32 @@ impl Observation {
     pub fn of_frame(frame: &Frame) -> Result<Self, Error> {
         let colors = frame.color().map(ReducedColors::of);
         Self::of_images(frame.timestamp(), *frame.camera(), frame.depth().clone(), colors)
+    }
+
+    /// The observation of another frame with its images alone, in the buffers of this one.
+    pub(crate) fn refilled(self, frame: &Frame) -> Result<Self, Error> {
+        let Self { frame: before, colors, static_mask, mover_mask, unproven_mask, .. } = self;
+        let (mut depth, restored) = before.into_images();
+        depth.subsample_from(frame.depth(), 1);
+        let colors = frame.color().map(|image| {
+            let mut colors = colors.unwrap_or_default();
+            colors.refill(image);
+            colors
+        });
+        let buffer = restored.map(ColorImage::into_data).unwrap_or_default();
+        let color = colors.as_ref().map(|colors| colors.to_image_in(buffer)).transpose()?;
+        let (width, height) = (frame.camera().width(), frame.camera().height());
+        let refilled = |mut mask: Mask, value| mask.refill(width, height, value).map(|()| mask);
+        Ok(Self {
+            frame: Frame::new(frame.timestamp(), *frame.camera(), depth, color)?,
+            colors,
+            static_mask: refilled(static_mask, true)?,
+            mover_mask: refilled(mover_mask, false)?,
+            unproven_mask: refilled(unproven_mask, false)?,
+            detections: None,
+            sighted_points: Vec::new(),
+            planes: Vec::new(),
+        })
     }
 
     pub(crate) fn of_images(

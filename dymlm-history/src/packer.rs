@@ -1,8 +1,10 @@
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::Observation;
 use crate::kept::Kept;
+use crate::packing_buffers::PackingBuffers;
 
 /// Most observations and scans that wait to be packed: a second of key frames. A caller that adds more waits.
 const MOST_WAITING: usize = 8;
@@ -19,6 +21,8 @@ pub(crate) struct Packer {
     /// What has been packed and not yet been taken, apart from what is in `done`.
     ready: VecDeque<Packed>,
     waiting: usize,
+    /// An observation that has been packed, for its buffers.
+    spare: Option<Arc<Observation>>,
 }
 
 /// The thread ends when the packer is dropped.
@@ -42,8 +46,12 @@ impl PackingThread {
         let (work, tasks) = sync_channel::<(usize, Kept)>(MOST_WAITING);
         let (results, done) = channel();
         let run = move || {
+            let mut buffers = PackingBuffers::default();
             for (index, kept) in tasks {
-                if results.send((index, kept.pack())).is_err() {
+                let packed = kept.pack(&mut buffers);
+                // Before the bytes are taken, so that whoever takes them can use its buffers again.
+                drop(kept);
+                if results.send((index, packed)).is_err() {
                     return;
                 }
             }
@@ -67,7 +75,7 @@ impl Packer {
             None => Some(task),
         };
         match undone {
-            Some((index, kept)) => self.ready.push_back((index, kept.pack())),
+            Some((index, kept)) => self.ready.push_back((index, kept.pack(&mut PackingBuffers::default()))),
             None => self.waiting += 1,
         }
     }
@@ -79,6 +87,18 @@ impl Packer {
             self.waiting -= 1;
             Some(packed)
         })
+    }
+
+    /// Takes back what has been packed, for its buffers.
+    pub(crate) fn recycle(&mut self, kept: Kept) {
+        if let Kept::Observation(observation) = kept {
+            self.spare = Some(observation);
+        }
+    }
+
+    /// An observation that nobody needs any more, if there is one.
+    pub(crate) fn spare(&mut self) -> Option<Observation> {
+        Arc::into_inner(self.spare.take()?)
     }
 
     /// Waits until everything that was given has been packed.

@@ -6,17 +6,16 @@ use dymlm_planes::DetectedPlane;
 use crate::Observation;
 use crate::color_code::ReducedColors;
 use crate::depth_code::{put_depth, take_depth};
+use crate::packing_buffers::PackingBuffers;
 
-/// Deflate's level for everything but the images: mostly masks, which any level makes tiny.
-const LEVEL: u8 = 4;
 /// Most bytes that a pixel unpacks to besides its coded depth and colour (its value in a depth image without
 /// repeated values, a bit in three masks and in a detection's mask), and most bytes that everything else
 /// unpacks to.
 const MOST_BYTES_A_PIXEL: usize = 64;
 const MOST_BYTES_BESIDE: usize = 1 << 26;
 
-/// Packs an observation.
-pub(crate) fn pack(observation: &Observation) -> Vec<u8> {
+/// Packs an observation. Its bytes do not depend on what the buffers were used for before.
+pub(crate) fn pack(observation: &Observation, buffers: &mut PackingBuffers) -> Vec<u8> {
     let Observation {
         frame,
         colors,
@@ -27,36 +26,40 @@ pub(crate) fn pack(observation: &Observation) -> Vec<u8> {
         sighted_points,
         planes,
     } = observation;
-    let (mut out, mut images) = (Vec::new(), Vec::new());
+    let PackingBuffers { plane, beside: out, images, .. } = buffers;
+    out.clear();
+    images.clear();
     out.put_f64_le(frame.timestamp());
-    put_camera(frame.camera(), &mut out);
-    put_depth(frame.depth(), &mut out, &mut images);
+    put_camera(frame.camera(), out);
+    put_depth(frame.depth(), plane, out, images);
     out.put_u8(colors.is_some().into());
     if let Some(colors) = colors {
-        colors.put(&mut images);
+        colors.put(plane, images);
     }
     for mask in [static_mask, mover_mask, unproven_mask] {
-        put_mask(mask, &mut out);
+        put_mask(mask, out);
     }
-    put_count(detections.as_ref().map_or(0, |found| found.len() + 1), &mut out);
-    detections.iter().flatten().for_each(|detection| put_detection(detection, &mut out));
-    put_count(sighted_points.len(), &mut out);
+    put_count(detections.as_ref().map_or(0, |found| found.len() + 1), out);
+    detections.iter().flatten().for_each(|detection| put_detection(detection, out));
+    put_count(sighted_points.len(), out);
     for point in sighted_points {
         out.put_u64_le(point.id);
         for c in point.pixel {
             out.put_f32_le(c);
         }
     }
-    put_count(planes.len(), &mut out);
+    put_count(planes.len(), out);
     for plane in planes {
-        plane.put_bytes(&mut out);
+        plane.put_bytes(out);
     }
-    sealed(&miniz_oxide::deflate::compress_to_vec(&out, LEVEL), &images)
+    buffers.deflate();
+    sealed(&buffers.deflated, &buffers.images)
 }
 
 /// Puts together a checksum, the length of the first part, and both parts.
 fn sealed(deflated: &[u8], images: &[u8]) -> Vec<u8> {
-    let mut packed = Vec::with_capacity(8 + deflated.len() + images.len());
+    // One more for the kind that follows.
+    let mut packed = Vec::with_capacity(9 + deflated.len() + images.len());
     packed.put_u32_le(0);
     put_count(deflated.len(), &mut packed);
     packed.extend_from_slice(deflated);
@@ -209,20 +212,24 @@ mod tests {
     fn what_is_mapped_comes_back_to_the_bit() {
         let whole = observation();
         assert_eq!(whole.planes.len(), 2);
-        assert!(unpack(&pack(&whole)).as_ref() == Some(&whole));
+        let mut buffers = PackingBuffers::default();
+        let packed = pack(&whole, &mut buffers);
+        assert!(unpack(&packed).as_ref() == Some(&whole));
 
         let mut bare = Observation::of_frame(
             &Frame::new(0.0, *whole.frame.camera(), whole.frame.depth().clone(), None).unwrap(),
         )
         .unwrap();
-        assert!(unpack(&pack(&bare)).as_ref() == Some(&bare));
+        assert!(unpack(&pack(&bare, &mut buffers)).as_ref() == Some(&bare));
         bare.detections = Some(Vec::new());
-        assert_eq!(unpack(&pack(&bare)).unwrap().detections, Some(Vec::new()));
+        assert_eq!(unpack(&pack(&bare, &mut buffers)).unwrap().detections, Some(Vec::new()));
+        // Nothing of another observation stays in the buffers.
+        assert!(pack(&whole, &mut buffers) == packed);
     }
 
     #[test]
     fn damage_is_noticed() {
-        let packed = pack(&observation());
+        let packed = pack(&observation(), &mut PackingBuffers::default());
         for place in (0..packed.len()).step_by(37) {
             assert!(unpack(&packed[..place]).is_none());
             let mut damaged = packed.clone();

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use dymlm_core::{DepthImage, Frame, PinholeCamera, Point, SensorModel};
+use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Point, SensorModel};
 use dymlm_history::{Error, History, HistoryConfig, Observation};
 use dymlm_planes::{PlaneDetector, PlaneDetectorConfig};
 use dymlm_test_support::{recorded_frames, recording};
@@ -38,6 +38,36 @@ fn what_is_kept_comes_back_whether_it_is_packed_yet_or_not() {
         }
         let in_memory = 40 * observation(1).frame.depth().data().len();
         assert!(history.memory_bytes() < in_memory, "{} bytes", history.memory_bytes());
+    }
+}
+
+#[test]
+fn what_is_observed_in_buffers_of_another_is_what_the_frame_shows() {
+    let frame = |number: usize, [width, height]: [usize; 2], is_colored: bool| {
+        let camera = PinholeCamera::new(width, height, 52.5, 52.5, 31.5, 23.5).unwrap();
+        let pixels = 0..width * height;
+        let depth = pixels.clone().map(|i| 1.0 + 0.001 * ((i * number) % 300) as f32).collect();
+        let color = pixels.map(|i| [(i * number) as u8, (i / 3) as u8, 77]).collect();
+        let color = is_colored.then(|| ColorImage::new(width, height, color).unwrap());
+        Frame::new(number as f64, camera, DepthImage::new(width, height, depth).unwrap(), color).unwrap()
+    };
+    let mut history = History::new(&HistoryConfig::Memory).unwrap().unwrap();
+    let sizes = [[64, 48], [64, 48], [31, 17], [80, 61], [64, 48]];
+    for (number, size) in sizes.into_iter().enumerate() {
+        for is_colored in [true, false, true] {
+            let frame = frame(number, size, is_colored);
+            let mut observed = history.observe(&frame).unwrap();
+            assert!(observed == Observation::of_frame(&frame).unwrap(), "frame {number}");
+            // Nothing of it may be seen in the next one.
+            observed.static_mask.fill(false);
+            observed.mover_mask.fill(true);
+            observed.unproven_mask.fill(true);
+            observed.detections = Some(Vec::new());
+            let kept = observed.clone();
+            let index = history.push(Arc::new(observed));
+            history.settle();
+            assert!(*history.get(index).unwrap() == kept);
+        }
     }
 }
 

@@ -33,13 +33,16 @@ impl Leaf {
     }
 }
 
+/// The buffer of [`Leaves`].
+pub(crate) type LeavesBuffer<'a> = Vec<(Subtree<'a>, Key)>;
+
 /// Iterator over leaves in OctoMap's order (depth first, x fastest). Made by [`Octree::leaves`] and
 /// [`Octree::leaves_in_box`].
 #[derive(Debug, Clone)]
 pub struct Leaves<'a> {
     map: &'a Octree,
     /// Nodes to visit, the next one last, with their lower corners.
-    stack: Vec<(Subtree<'a>, Key)>,
+    stack: LeavesBuffer<'a>,
     /// First and last cell of the box.
     min: Key,
     max: Key,
@@ -63,7 +66,19 @@ impl Octree {
     /// The leaves that share a cell with the box from `min` to `max`, metres. A box that ends before it
     /// begins, lies outside the map or has a NaN holds none.
     pub fn leaves_in_box(&self, min: [f64; 3], max: [f64; 3]) -> Leaves<'_> {
-        let mut leaves = self.leaves();
+        self.leaves_in_box_with(min, max, Vec::new())
+    }
+
+    /// [`Self::leaves_in_box`] with the buffer of other leaves.
+    pub(crate) fn leaves_in_box_with<'a>(
+        &'a self,
+        min: [f64; 3],
+        max: [f64; 3],
+        mut buffer: LeavesBuffer<'a>,
+    ) -> Leaves<'a> {
+        buffer.clear();
+        buffer.push((self.tree.subtree(), [0; 3]));
+        let mut leaves = Leaves { map: self, stack: buffer, min: [0; 3], max: [u16::MAX; 3] };
         let bounds = [0, 1, 2].map(|axis| self.lattice.index_range(min[axis], max[axis]));
         if let [Some(x), Some(y), Some(z)] = bounds {
             leaves.min = [x.0, y.0, z.0];
@@ -89,6 +104,11 @@ impl Lattice {
 }
 
 impl<'a> Leaves<'a> {
+    /// Ends, and gives the buffer back.
+    pub(crate) fn into_buffer(self) -> LeavesBuffer<'a> {
+        self.stack
+    }
+
     fn overlaps(&self, corner: Key, depth: u8) -> bool {
         let last = ((1_u32 << (DEPTH - depth)) - 1) as u16;
         (0..3).all(|axis| corner[axis] <= self.max[axis] && corner[axis] + last >= self.min[axis])

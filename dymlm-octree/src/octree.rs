@@ -187,15 +187,17 @@ impl Octree {
         is_free: impl Fn([f64; 3]) -> bool,
     ) -> usize {
         let half = 0.5 * self.resolution();
-        let mut freed: Vec<Key> = Vec::new();
+        let (mut freed, mut buffer): (Vec<Key>, _) = (Vec::new(), Vec::new());
         for around in boxes {
             let [min, max] = around;
-            let occupied = self.leaves_in_box(min, max).filter(|leaf| leaf.state == CellState::Occupied);
+            let mut leaves = self.leaves_in_box_with(min, max, buffer);
+            let occupied = leaves.by_ref().filter(|leaf| leaf.state == CellState::Occupied);
             let cells = occupied.flat_map(|leaf| smallest_cells(leaf.key, leaf.depth));
             let center = |key: Key| self.lattice.corner(key).map(|c| c + half);
             let is_in =
                 |center: [f64; 3]| boxes_touch([center.map(|c| c - half), center.map(|c| c + half)], around);
             freed.extend(cells.filter(|&key| is_in(center(key)) && is_free(center(key))));
+            buffer = leaves.into_buffer();
         }
         // Boxes that touch share cells.
         freed.sort_unstable();

@@ -1,6 +1,6 @@
 use dymlm_cloud::{CloudFrameReport, CloudMap, MoverMasks};
 use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
-use dymlm_history::Observation;
+use dymlm_history::{History, Observation};
 use dymlm_objects::{ObjectMapper, ObjectReport, ObjectView, SightedPoint};
 use dymlm_octree::{InsertReport, Octree};
 use dymlm_planes::{DetectedPlane, PlaneMap, PlaneReport};
@@ -58,8 +58,8 @@ impl<'a> KeyFrameView<'a> {
     }
 
     /// The observation that is to be kept.
-    pub(crate) fn to_observation(self) -> Result<Observation, Error> {
-        let mut observation = Observation::of_frame(self.frame)?;
+    pub(crate) fn to_observation(self, history: &mut History) -> Result<Observation, Error> {
+        let mut observation = history.observe(self.frame)?;
         observation.static_mask.clone_from(self.static_mask);
         observation.mover_mask.clone_from(self.mover_mask);
         observation.unproven_mask.clone_from(self.unproven_mask);

@@ -255,8 +255,10 @@ impl MapBuilder {
             let context =
                 MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
             // The observation that is kept is also what is mapped, so that mapping it again gives the same bits.
-            let to_keep = || clock.time(Stage::History, || view.to_observation());
-            let kept = map.past.log.is_some().then(to_keep).transpose()?;
+            let log = map.past.log.as_mut();
+            let to_keep =
+                |log: &mut SessionLog| clock.time(Stage::History, || view.to_observation(&mut log.history));
+            let kept = log.map(to_keep).transpose()?;
             let mapped = kept.as_ref().map_or(view, KeyFrameView::of);
             let mut update = mapped.map(map, pose, &context, &mut clock, || {
                 Ok(plane_detector.detect(frame, Some(static_mask), &boxes)?)

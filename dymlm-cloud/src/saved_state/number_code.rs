@@ -37,8 +37,7 @@ impl NumberCode {
             let rest = number & ((1 << rest_bits) - 1);
             bits.put_long(rest << (ones + 1) | ((1 << ones) - 1), ones + 1 + rest_bits);
         } else {
-            bits.put_long((1 << MOST_ONES) - 1, MOST_ONES);
-            bits.put_long(number, u64::BITS);
+            put_large(number, bits);
         }
         self.note(number);
     }
@@ -81,6 +80,15 @@ impl NumberCode {
         self.sum += number.min(MOST);
         self.sum -= self.sum >> MEMORY_BITS;
     }
+}
+
+/// Puts a number that is far beyond the mean. Apart, since it is rare, and the rest is short enough to be put where
+/// it is called.
+#[cold]
+#[inline(never)]
+fn put_large(number: u64, bits: &mut BitWriter) {
+    bits.put_long((1 << MOST_ONES) - 1, MOST_ONES);
+    bits.put_long(number, u64::BITS);
 }
 
 /// How many bits the smaller ones of the numbers below `end` take, and how many such numbers there are

@@ -5,10 +5,15 @@ use crate::CloudMap;
 use crate::block_store::{BlockKey, BlockStore};
 use crate::voxel_block::VoxelBlock;
 
+/// About as many as a voxel takes, with the places of its block.
+const BYTES_A_VOXEL: usize = 16;
+
 /// The voxels of a block; `None` where there is no block.
 pub(super) fn voxels_of(key: BlockKey, store: &BlockStore<VoxelBlock>) -> Option<Vec<u8>> {
-    let (mut bits, mut bytes) = (BitWriter::default(), Vec::new());
-    put_block(&store.blocks()[store.slot(key)?].look(), &mut bits);
+    let block = store.blocks()[store.slot(key)?].look();
+    let mut bits = BitWriter::with_capacity(BYTES_A_VOXEL * block.len());
+    put_block(&block, &mut bits);
+    let mut bytes = Vec::new();
     bits.finish(&mut bytes);
     Some(bytes)
 }

@@ -220,12 +220,14 @@ impl Ground {
         max_gap: f64,
     ) -> Option<SupportPlane> {
         let mut nearest: Option<(f64, SupportPlane)> = None;
+        let mut heights: Vec<f64> = Vec::new();
         for candidate in self.candidates.iter().filter(may_be) {
             let height = |sample: &Sample| {
                 let height = candidate.plane.signed_distance(sample.point.map(f64::from));
                 height + self.tolerance(&candidate.plane, sample)
             };
-            let mut heights: Vec<f64> = samples.clone().map(height).collect();
+            heights.clear();
+            heights.extend(samples.clone().map(height));
             let below = heights.iter().filter(|&&height| height < 0.0).count();
             if heights.is_empty() || 10 * below > heights.len() {
                 continue;

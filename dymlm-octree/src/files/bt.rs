@@ -18,7 +18,7 @@ const INNER: u16 = 0b11;
 /// The compact format, `.bt`: only free or occupied, two bits a node.
 impl Octree {
     /// Writes the maximum-likelihood map (see [`Self::to_max_likelihood`]), as OctoMap's `writeBinary` does;
-    /// this map stays as it is. Write to a buffered writer.
+    /// this map stays as it is. The nodes are put together in memory first, since the header has their number.
     ///
     /// # Errors
     ///
@@ -26,16 +26,14 @@ impl Octree {
     pub fn write_bt(&self, mut writer: impl Write) -> Result<(), Error> {
         let mut map = Self::from_parts(self.config().clone(), self.tree.clone());
         map.to_max_likelihood();
-        let mut nodes = map.counts().nodes as u64;
-        if nodes == 1 {
-            // The root itself has no bits: a map that is one leaf is written as its eight children.
-            nodes = 9;
-        }
-        let header = Header { id: "OcTree".to_owned(), size: nodes, resolution: map.resolution() };
-        header.write(&mut writer, FIRST_LINE)?;
+        let (mut nodes, mut size) = (Vec::new(), 0);
         if !map.is_empty() {
-            write_children(map.tree.subtree(), &mut writer)?;
+            // The root itself has no bits: a map that is one leaf is written as its eight children.
+            size = 1 + put_children(map.tree.subtree(), &mut nodes);
         }
+        let header = Header { id: "OcTree".to_owned(), size, resolution: map.resolution() };
+        header.write(&mut writer, FIRST_LINE)?;
+        writer.write_all(&nodes)?;
         writer.flush()?;
         Ok(())
     }
@@ -88,24 +86,29 @@ impl Octree {
     }
 }
 
-/// Writes two bits for each child, children 0 to 3 in the first byte, then the children that are not leaves.
-/// At most 16 calls deep.
-fn write_children(subtree: Subtree<'_>, writer: &mut impl Write) -> Result<(), Error> {
+/// Appends two bits for each child, children 0 to 3 in the first byte, then the children that are not leaves.
+/// Returns the number of nodes below. At most 16 calls deep.
+fn put_children(subtree: Subtree<'_>, out: &mut Vec<u8>) -> u64 {
     let children: [Subtree<'_>; 8] = std::array::from_fn(|i| subtree.child(i as u8));
-    let bits = children.iter().rev().fold(0, |bits, &child| {
+    let kinds = children.map(Subtree::kind);
+    let bits = kinds.iter().rev().fold(0, |bits, &kind| {
         bits << 2
-            | match child.kind() {
+            | match kind {
                 Kind::Absent => 0,
                 Kind::Leaf(log_odds) if OccupancyModel::is_occupied(log_odds) => OCCUPIED,
                 Kind::Leaf(_) => FREE,
                 Kind::Inner => INNER,
             }
     });
-    writer.write_all(&bits.to_le_bytes())?;
-    children
-        .iter()
-        .filter(|&&child| child.kind() == Kind::Inner)
-        .try_for_each(|&child| write_children(child, writer))
+    out.extend_from_slice(&bits.to_le_bytes());
+    let mut nodes = 0;
+    for (child, kind) in children.into_iter().zip(kinds) {
+        nodes += u64::from(kind != Kind::Absent);
+        if kind == Kind::Inner {
+            nodes += put_children(child, out);
+        }
+    }
+    nodes
 }
 
 /// Reads an inner node at a depth into leaves, and counts the nodes below. At most 16 calls deep.

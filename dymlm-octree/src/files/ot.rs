@@ -13,17 +13,20 @@ const FIRST_LINE: &str = "# Octomap OcTree file";
 
 /// The full format, `.ot`: every node with its log-odds and, in a `ColorOcTree`, its colour.
 impl Octree {
-    /// Writes the map with all its log-odds, as OctoMap's `write` does. Write to a buffered writer.
+    /// Writes the map with all its log-odds, as OctoMap's `write` does. The nodes are put together in memory first,
+    /// since the header has their number.
     ///
     /// # Errors
     ///
     /// [`Error::Io`].
     pub fn write_ot(&self, mut writer: impl Write) -> Result<(), Error> {
-        let id = if self.tree.has_colors() { "ColorOcTree" } else { "OcTree" };
-        let header =
-            Header { id: id.to_owned(), size: self.counts().nodes as u64, resolution: self.resolution() };
+        let colored = self.tree.has_colors();
+        let (root, mut nodes) = (self.tree.subtree(), Vec::new());
+        let size = put_node(root, root.kind(), colored, &mut nodes);
+        let id = if colored { "ColorOcTree" } else { "OcTree" };
+        let header = Header { id: id.to_owned(), size, resolution: self.resolution() };
         header.write(&mut writer, FIRST_LINE)?;
-        write_node(self.tree.subtree(), self.tree.has_colors(), &mut writer)?;
+        writer.write_all(&nodes)?;
         writer.flush()?;
         Ok(())
     }
@@ -76,27 +79,27 @@ impl Octree {
     }
 }
 
-/// Writes a node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that
-/// exists, then the children. At most 16 calls deep.
-fn write_node(subtree: Subtree<'_>, colored: bool, writer: &mut impl Write) -> Result<(), Error> {
-    let kind = subtree.kind();
+/// Appends a node: log-odds (f32), colour (three bytes, only in a `ColorOcTree`), one bit for each child that
+/// exists, then the children. Returns the number of nodes. At most 16 calls deep.
+fn put_node(subtree: Subtree<'_>, kind: Kind, colored: bool, out: &mut Vec<u8>) -> u64 {
     let log_odds = match kind {
-        Kind::Absent => return Ok(()),
+        Kind::Absent => return 0,
         Kind::Leaf(log_odds) => log_odds,
         Kind::Inner => subtree.max_log_odds().unwrap_or(0.0),
     };
-    writer.write_all(&log_odds.to_le_bytes())?;
+    out.extend_from_slice(&log_odds.to_le_bytes());
     if colored {
-        writer.write_all(&subtree.color())?;
+        out.extend_from_slice(&subtree.color());
     }
     if kind != Kind::Inner {
-        writer.write_all(&[0])?;
-        return Ok(());
+        out.push(0);
+        return 1;
     }
     let children: [Subtree<'_>; 8] = std::array::from_fn(|i| subtree.child(i as u8));
-    let exists = |i: usize| u8::from(children[i].kind() != Kind::Absent) << i;
-    writer.write_all(&[(0..8).map(exists).sum()])?;
-    children.iter().try_for_each(|&child| write_node(child, colored, writer))
+    let kinds = children.map(Subtree::kind);
+    let exists = |i: usize| u8::from(kinds[i] != Kind::Absent) << i;
+    out.push((0..8).map(exists).sum());
+    1 + children.into_iter().zip(kinds).map(|(child, kind)| put_node(child, kind, colored, out)).sum::<u64>()
 }
 
 /// One node as the file has it.

@@ -133,11 +133,9 @@ impl Patch {
         self.blocks.keys().copied()
     }
 
-    /// The blocks with voxels that a box touches.
-    pub(crate) fn blocks_in(&self, region: &VoxelBox) -> Vec<BlockKey> {
-        let mut found = Vec::new();
-        visit_in(&self.blocks, region, 0, |block, _| found.push(block));
-        found
+    /// Visits the blocks with voxels that a box touches.
+    pub(crate) fn visit_blocks_in(&self, region: &VoxelBox, mut visit: impl FnMut(BlockKey)) {
+        visit_in(&self.blocks, region, 0, |block, _| visit(block));
     }
 
     /// Adds the counts of another patch; calls `is_new` for each block that is new. O(blocks of the other).

@@ -2,6 +2,7 @@ use std::path::Path;
 
 use dymlm_history::HistoryConfig;
 use dymlm_io::{Error, MapFolderSaver, MapFolderWriter, PlaneRecord};
+use serde::{Serialize, Serializer};
 
 use super::plane_records;
 use super::planes::renewed_records;
@@ -117,7 +118,7 @@ impl MapSaver {
             Some(saved) => renewed_records(map.planes(), &saved.planes, before),
             None => plane_records(map.planes()),
         };
-        folder.save(map.config(), &map.counts(), |folder, state| {
+        folder.save(map.config(), &CountsOf(map), |folder, state| {
             let (state, files) = crate::parallel::join(
                 || map.write_state(saved.as_ref(), state),
                 || map.write_files_with(folder, &records),
@@ -127,5 +128,15 @@ impl MapSaver {
         })?;
         (*saved, *planes) = (Some(SavedState::of(map)), records);
         Ok(())
+    }
+}
+
+/// What is in maps, counted when it is written, which is last: counting needs the static cloud, which is worked out
+/// beside the state where a thread is free (feature `parallel`).
+struct CountsOf<'a>(&'a MultiLevelMap);
+
+impl Serialize for CountsOf<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.counts().serialize(serializer)
     }
 }

@@ -30,7 +30,7 @@ impl PlaneMap {
         let mut blocks: Vec<(Birth, _)> = Vec::new();
         for region in regions {
             for plane in self.near(region) {
-                blocks.extend(plane.patch.blocks_in(&region).into_iter().map(|block| (plane.birth, block)));
+                plane.patch.visit_blocks_in(&region, |block| blocks.push((plane.birth, block)));
             }
         }
         let gone = std::mem::take(&mut self.gone);
