@@ -34,8 +34,8 @@ pub use map_builder::map_builder;
 pub use merge::merge;
 pub use octree_model::octree_model;
 pub use readers::{
-    read_bt, read_config, read_detections, read_image, read_map_folder, read_mcap, read_ot, read_pcd,
-    read_ply, read_records, read_saved_folder, read_trajectory, read_tum, read_yolo,
+    read_bt, read_config, read_detections, read_image, read_map_file, read_map_folder, read_mcap, read_ot,
+    read_pcd, read_ply, read_records, read_saved_folder, read_trajectory, read_tum, read_yolo,
 };
 pub use run::{Effort, run};
 pub use saved_map::saved_map;

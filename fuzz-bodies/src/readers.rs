@@ -7,7 +7,7 @@ use dymlm_io::{
     DetectionFile, FrameBuffers, MapFolder, McapOptions, McapRecording, Trajectory, TumDataset, TumOptions,
     YoloFolder,
 };
-use dymlm_octree::{Octree, OctreeConfig, UnknownCells};
+use dymlm_octree::{MapFile, Octree, OctreeConfig, UnknownCells};
 use dymlm_sim::SimulatedFrame;
 
 use crate::choices::Choices;
@@ -264,5 +264,15 @@ pub fn read_ot(bytes: &[u8]) {
             let again = Octree::read_ot(file.as_slice(), config).unwrap();
             assert!(again.leaves().eq(map.leaves()));
         }
+    }
+}
+
+/// Maps of `map_server`: the description ends at the first zero, and the image follows.
+pub fn read_map_file(bytes: &[u8]) {
+    let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+    let description = String::from_utf8_lossy(&bytes[..end]);
+    if let Ok(map) = MapFile::read(&description, bytes.get(end + 1..).unwrap_or_default()) {
+        assert_eq!(map.cells.len(), map.width * map.height);
+        assert!(map.resolution > 0.0);
     }
 }

@@ -5,9 +5,9 @@ use dymlm::MapConfig;
 use dymlm_core::{BoundingBox, DepthImage, Detection, PointCloud, SplitMix64};
 use dymlm_fuzz_bodies::{
     Body, Effort, carried_object, correct_poses, insert, map_builder, merge, octree_model, read_bt,
-    read_config, read_detections, read_image, read_map_folder, read_mcap, read_ot, read_pcd, read_ply,
-    read_records, read_saved_folder, read_trajectory, read_tum, read_yolo, run, saved_cloud, saved_history,
-    saved_map, saved_objects, saved_octree, saved_planes,
+    read_config, read_detections, read_image, read_map_file, read_map_folder, read_mcap, read_ot, read_pcd,
+    read_ply, read_records, read_saved_folder, read_trajectory, read_tum, read_yolo, run, saved_cloud,
+    saved_history, saved_map, saved_objects, saved_octree, saved_planes,
 };
 use dymlm_io::{
     decode_pcd, decode_ply, encode_detections, encode_pcd, encode_ply, read_color_image, read_objects,
@@ -197,6 +197,14 @@ fn ot() {
         written
     });
     drive(".ot", read_ot, &[plain, colored]);
+}
+
+#[test]
+fn map_file() {
+    let written =
+        b"image: a.pgm\nresolution: 0.05\norigin: [-1.5, 2.0, 0.1]\nnegate: 0\noccupied_thresh: 0.65\n\
+        free_thresh: 0.196\n\0P5 3 2 255\n\x00\xcd\xfe\xff\x59\x5a";
+    drive("map file", read_map_file, &[written.to_vec()]);
 }
 
 #[test]
