@@ -10,6 +10,7 @@ mod plane_bytes;
 mod plane_detector;
 mod plane_samples;
 mod rays;
+mod reading_noise;
 mod refinement;
 mod wide_noise;
 

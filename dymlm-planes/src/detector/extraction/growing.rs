@@ -3,6 +3,7 @@ use dymlm_core::vector3::dot;
 use wide::f32x4;
 
 use super::super::rays::Rays;
+use super::super::reading_noise::ReadingNoise;
 use super::super::wide_noise::sigmas;
 use super::block_grid::BlockGrid;
 use super::reached::{PixelBits, keep_reached};
@@ -14,7 +15,7 @@ const MOST_CANDIDATES: usize = 6;
 
 /// Pixels join a plane up to this many root mean square distances of the plane's points. (Feng 2014: 3.)
 const GROWING_DISTANCE: f64 = 2.5;
-/// Added to the distances of strips, metres: more than any reading's distance from a plane that it may join, so
+/// Added to the distances of strips, in deviations: more than any reading's distance from a plane that it may join, so
 /// that a wide plane takes its pixels as if there were no strips, some of which are steps between surfaces.
 const BEHIND_WIDE_PLANES: f32 = 100.0;
 /// A plane that grows, in the form that the measurement of distances needs.
@@ -131,7 +132,7 @@ pub(super) struct Growing {
 struct BlockBuffers {
     /// Distance from one plane; infinity where the plane does not reach.
     distances: Vec<f32>,
-    /// Distance from the nearest plane so far, and that plane's label.
+    /// Distance from the nearest plane so far, in deviations, and that plane's label.
     nearest: Vec<f32>,
     labels: Vec<u32>,
     bits: PixelBits,
@@ -149,6 +150,7 @@ pub(super) struct Scene<'a> {
     pub(super) moments: &'a [Moments],
     pub(super) fits: &'a [Option<Fit>],
     pub(super) tolerance: &'a Tolerance,
+    pub(super) noise: ReadingNoise,
     /// The planes; label k is `seeds[k - 1]`.
     pub(super) seeds: &'a [Seed],
     /// Label of each block, 0 = no plane.
@@ -269,8 +271,9 @@ fn may_enter(scene: &Scene<'_>, block: usize, label: u16) -> bool {
     scene.tolerance.is_part(&scene.moments[block], fit.depth_mse, plane)
 }
 
-/// Assigns each reading of a block to the nearest of the planes that have a connection to it. A plane that
-/// reaches all pixels near it need not enter through another side.
+/// Assigns each reading of a block to the nearest of the planes that have a connection to it, in deviations of the
+/// noise: on a table seen at a grazing angle the noise hardly moves readings off the table, but several centimetres
+/// off the wall behind it. A plane that reaches all pixels near it need not enter through another side.
 fn label_pixels(
     scene: &Scene<'_>,
     block: usize,
@@ -284,15 +287,18 @@ fn label_pixels(
     nearest.resize(scene.grid.area(block), f32::INFINITY);
     labels.clear();
     labels.resize(nearest.len(), 0);
+    let middle = [scene.rays.x[columns.start + columns.len() / 2], scene.rays.y[rows.start + rows.len() / 2]];
     for (place, &label) in candidates.labels[..usize::from(candidates.count)].iter().enumerate() {
         let sides = &mut candidates.sides[place];
-        find_near(scene, block, &scene.seeds[usize::from(label) - 1], distances);
+        let seed = &scene.seeds[usize::from(label) - 1];
+        let per_deviation = 1.0 / scene.noise.deviation_across(&seed.fit, middle) as f32;
+        find_near(scene, block, seed, distances);
         if *sides != ALL_SIDES && keep_reached(distances, columns.len(), *sides, bits) {
             *sides = ALL_SIDES;
         }
         let behind = if scene.is_wide[usize::from(label)] { 0.0 } else { BEHIND_WIDE_PLANES };
         for ((mine, nearest), &distance) in labels.iter_mut().zip(nearest.iter_mut()).zip(distances.iter()) {
-            let distance = distance + behind;
+            let distance = distance * per_deviation + behind;
             let is_nearer = distance < *nearest;
             *mine = if is_nearer { u32::from(label) } else { *mine };
             *nearest = if is_nearer { distance } else { *nearest };
