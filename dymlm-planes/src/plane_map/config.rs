@@ -14,9 +14,8 @@ pub struct PlaneMapConfig {
     /// spacing of samples at 3.3 m.
     pub voxel_size: f64,
     /// Least number of key frames that must have seen a plane before it is confirmed, and that must have seen
-    /// the gap between two planes occluded before they merge across it, 1..=1000. Default 2: what only one frame
-    /// has seen may be an accident of its noise, and what one sees in passing (the underside of a door's lintel)
-    /// few frames see.
+    /// the gap between two planes occluded before they merge across it, 1..=1000. Default 3: what only one or
+    /// two frames have seen may be a person's back.
     pub min_observations: u32,
     /// Least share of the key frames that looked at a plane's centroid that must have seen the plane to
     /// confirm it, 0..=1. Default 0.12: a plane fitted across an edge appears in a frame or two of the many
@@ -34,7 +33,7 @@ impl Default for PlaneMapConfig {
         Self {
             association: AssociationConfig::default(),
             voxel_size: 0.025,
-            min_observations: 2,
+            min_observations: 3,
             min_observation_share: 0.12,
             max_hole_area: 0.02,
             boundary_tolerance: 0.02,

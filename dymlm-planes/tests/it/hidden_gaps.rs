@@ -138,8 +138,8 @@ fn a_gap_too_wide_or_seen_too_seldom_is_not_bridged() {
     assert_eq!(parts_with(&|config| config.map.association.max_occluded_gap = 0.2, &views), 2);
     assert_eq!(parts_with(&|config| config.map.min_observations = 7, &views), 2);
     assert_eq!(parts_with(&|config| config.map.min_observations = 6, &views), 1);
-    assert_eq!(parts_with(&|_| (), &views[..5]), 2);
-    assert_eq!(parts_with(&|_| (), &views[..6]), 1);
+    assert_eq!(parts_with(&|_| (), &views[..6]), 2);
+    assert_eq!(parts_with(&|_| (), &views[..7]), 1);
 }
 
 #[test]
@@ -168,16 +168,16 @@ fn taking_out_what_saw_it_hidden_parts_the_floor_again() {
     let mut mapper = crate::common::mapper();
     let mut key_frames = Vec::new();
     let mut before = Vec::new();
-    for (k, view) in views[..6].iter().enumerate() {
+    for (k, view) in views[..7].iter().enumerate() {
         before = crate::common::snapshot(mapper.map());
         let frame = floor().frame(camera(), view, k as u64);
         key_frames.push(mapper.insert(&frame, None, &[], view).unwrap().key_frame);
     }
     assert_eq!((parts(mapper.map()), before.iter().filter(|plane| is_level_at_0(plane)).count()), (1, 2));
 
-    // The second witness: the map is what it was before.
+    // The third witness: the map is what it was before.
     let mut map = mapper.map().clone();
-    map.remove(key_frames[5]).unwrap();
+    map.remove(key_frames[6]).unwrap();
     assert_eq!(crate::common::snapshot(&map), before);
 
     // Another of the three: the two planes are those that they would be if it had added nothing.

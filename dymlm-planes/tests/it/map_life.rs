@@ -98,7 +98,7 @@ fn queries_mean_confirmed_planes() {
     let frames = detections();
     let mut map = empty_map();
     let (eye, ahead) = (frames[0].2.translation(), frames[0].2.rotate([0.0, 0.0, 1.0]));
-    for k in 0..2 {
+    for k in 0..3 {
         assert_eq!(map.cast_ray(eye, ahead, 10.0), None, "after {k} frames");
         assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), 0);
         insert(&mut map, &frames[0]);
