@@ -60,7 +60,14 @@ impl Octree {
     /// # Ok::<(), dymlm_octree::Error>(())
     /// ```
     pub fn leaves(&self) -> Leaves<'_> {
-        Leaves { map: self, stack: vec![(self.tree.subtree(), [0; 3])], min: [0; 3], max: [u16::MAX; 3] }
+        self.leaves_with(Vec::new())
+    }
+
+    /// [`Self::leaves`] with the buffer of other leaves.
+    fn leaves_with<'a>(&'a self, mut stack: LeavesBuffer<'a>) -> Leaves<'a> {
+        stack.clear();
+        stack.push((self.tree.subtree(), [0; 3]));
+        Leaves { map: self, stack, min: [0; 3], max: [u16::MAX; 3] }
     }
 
     /// The leaves that share a cell with the box from `min` to `max`, metres. A box that ends before it
@@ -74,11 +81,9 @@ impl Octree {
         &'a self,
         min: [f64; 3],
         max: [f64; 3],
-        mut buffer: LeavesBuffer<'a>,
+        buffer: LeavesBuffer<'a>,
     ) -> Leaves<'a> {
-        buffer.clear();
-        buffer.push((self.tree.subtree(), [0; 3]));
-        let mut leaves = Leaves { map: self, stack: buffer, min: [0; 3], max: [u16::MAX; 3] };
+        let mut leaves = self.leaves_with(buffer);
         let bounds = [0, 1, 2].map(|axis| self.lattice.index_range(min[axis], max[axis]));
         if let [Some(x), Some(y), Some(z)] = bounds {
             leaves.min = [x.0, y.0, z.0];

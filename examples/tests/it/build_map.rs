@@ -13,24 +13,14 @@ use dymlm_io::{
     FrameBuffers, MapFolder, McapOptions, McapRecording, StampedPose, Trajectory, write_depth_png, write_png,
 };
 
+use crate::example_program::example_program;
+
 const FRAMES: usize = 6;
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 
 fn build_map(arguments: &[&str]) -> Option<Output> {
-    Some(Command::new(program()?).args(arguments).output().unwrap())
-}
-
-/// The path of the example, beside this test's own binary: `cargo test` builds it with the package.
-fn program() -> Option<PathBuf> {
-    let deps = std::env::current_exe().unwrap();
-    let program =
-        deps.parent()?.parent()?.join("examples").join(format!("build_map{}", std::env::consts::EXE_SUFFIX));
-    if !program.exists() {
-        println!("skipped: {} is not built; run the whole package's tests", program.display());
-        return None;
-    }
-    Some(program)
+    Some(Command::new(example_program("build_map")?).args(arguments).output().unwrap())
 }
 
 /// A wall at 2 m, seen in six frames from the same place.
@@ -223,7 +213,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
 #[test]
 fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
     let (_parent, _dataset, out) = paths();
-    let Some(program) = program() else { return };
+    let Some(program) = example_program("build_map") else { return };
     // The sequence is long enough to be interrupted in any case.
     let arguments = ["--sequence", "walking_xyz", "--autosave", "0.1", "--out", out.to_str().unwrap()];
     let mut run = Command::new(program).args(arguments).stderr(Stdio::piped()).spawn().unwrap();

@@ -3,16 +3,11 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Runs the program; `None` if it is not built: `cargo test` of the whole package builds it.
+use crate::example_program::example_program;
+
+/// Runs the program; `None` if it is not built.
 fn evaluate(arguments: &[&str]) -> Option<Output> {
-    let deps = std::env::current_exe().unwrap();
-    let name = format!("evaluate{}", std::env::consts::EXE_SUFFIX);
-    let program = deps.parent()?.parent()?.join("examples").join(name);
-    if !program.exists() {
-        println!("skipped: {} is not built", program.display());
-        return None;
-    }
-    Some(Command::new(program).args(arguments).output().unwrap())
+    Some(Command::new(example_program("evaluate")?).args(arguments).output().unwrap())
 }
 
 /// Writes `plan.yaml` and `plan.pgm` of a room of 5 x 4 m.

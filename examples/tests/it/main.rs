@@ -4,6 +4,7 @@
 
 mod build_map;
 mod evaluate;
+mod example_program;
 mod kitchen_objects;
 mod kitchen_planes;
 mod map;

@@ -7,16 +7,11 @@ use dymlm::core::{DepthImage, Frame, PinholeCamera, Pose};
 use dymlm::{HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
 use dymlm_test_support::{Rectangle, World, look_at, small_camera};
 
-/// Runs the program; `None` if it is not built: `cargo test` of the whole package builds it.
+use crate::example_program::example_program;
+
+/// Runs the program; `None` if it is not built.
 fn map(arguments: &[&str]) -> Option<Output> {
-    let deps = std::env::current_exe().unwrap();
-    let name = format!("map{}", std::env::consts::EXE_SUFFIX);
-    let program = deps.parent()?.parent()?.join("examples").join(name);
-    if !program.exists() {
-        println!("skipped: {} is not built", program.display());
-        return None;
-    }
-    Some(Command::new(program).args(arguments).output().unwrap())
+    Some(Command::new(example_program("map")?).args(arguments).output().unwrap())
 }
 
 /// A wall at two metres, seen at two times.

@@ -6,15 +6,11 @@ use dymlm::core::PinholeCamera;
 use dymlm_io::{Trajectory, TumWriter};
 use dymlm_sim::{CameraPath, CarriedKind, CarriedMotion, CarriedObject, Sequence, SequenceConfig};
 
+use crate::example_program::example_program;
+
 #[test]
 fn what_stands_in_a_recording_stays_at_rest() {
-    let deps = std::env::current_exe().unwrap();
-    let examples = deps.parent().unwrap().parent().unwrap().join("examples");
-    let program = examples.join(format!("track_object{}", std::env::consts::EXE_SUFFIX));
-    if !program.exists() {
-        println!("skipped: {} is not built; run the whole package's tests", program.display());
-        return;
-    }
+    let Some(program) = example_program("track_object") else { return };
 
     // The book stands for the first second, and no hand is near for the first nine tenths of it.
     let mut config = SequenceConfig::default();

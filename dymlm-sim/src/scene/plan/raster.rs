@@ -41,11 +41,15 @@ impl Raster {
         x == 0 || y == 0 || x + 1 == self.width || y + 1 == self.height
     }
 
+    /// The cells around a cell, within the grid, and whether they touch it at a corner only; those at its sides first.
+    pub(super) fn neighbours(&self, cell: usize) -> impl Iterator<Item = (usize, bool)> + '_ {
+        const AROUND: [[i64; 2]; 8] = [[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]];
+        let [x, y] = self.place(cell);
+        AROUND.iter().filter_map(move |&[dx, dy]| Some((self.index(x + dx, y + dy)?, dx * dy != 0)))
+    }
+
     /// The cells that hang together by sides, or `across_corners` too, in the order of their first cells.
     pub(super) fn components(&self, across_corners: bool) -> Vec<Vec<usize>> {
-        const NEIGHBOURS: [[i64; 2]; 8] =
-            [[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]];
-        let neighbours = if across_corners { &NEIGHBOURS[..] } else { &NEIGHBOURS[..4] };
         let mut left = self.cells.clone();
         let mut components = Vec::new();
         for first in 0..left.len() {
@@ -56,10 +60,8 @@ impl Raster {
             let mut done = 0;
             while let Some(&cell) = component.get(done) {
                 done += 1;
-                let [x, y] = self.place(cell);
-                let near = neighbours.iter().filter_map(|[dx, dy]| self.index(x + dx, y + dy));
-                for index in near {
-                    if std::mem::take(&mut left[index]) {
+                for (index, is_diagonal) in self.neighbours(cell) {
+                    if (across_corners || !is_diagonal) && std::mem::take(&mut left[index]) {
                         component.push(index);
                     }
                 }

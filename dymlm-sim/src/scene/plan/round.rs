@@ -1,6 +1,6 @@
 use std::f32::consts::TAU;
 
-use parry3d::math::Vec3;
+use parry3d::math::{Vec2, Vec3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -32,16 +32,14 @@ pub(super) fn round(plan: &BuildingPlan, seconds: f64, rng: &mut ChaCha8Rng) -> 
         let turning = stops.len() as f64 * Tour::seconds_to_turn(TAU);
         if turning <= seconds || spacing > WIDEST {
             let order = Order::of(&plan.route, &stops);
-            let mut tour = order.tour(&plan.route, stops.len());
-            if tour.seconds() <= seconds {
-                return tour;
+            let ways = order.ways(&plan.route);
+            let mut kept = stops.len();
+            let mut tour = order.tour(&plan.route, &ways, kept);
+            while spacing > WIDEST && kept > 1 && tour.seconds() > seconds {
+                kept -= 1;
+                tour = order.tour(&plan.route, &ways, kept);
             }
-            if spacing > WIDEST {
-                let mut kept = stops.len();
-                while kept > 1 && tour.seconds() > seconds {
-                    kept -= 1;
-                    tour = order.tour(&plan.route, kept);
-                }
+            if spacing > WIDEST || tour.seconds() <= seconds {
                 return tour;
             }
         }
@@ -94,21 +92,29 @@ impl Order {
         Self { stops: order.into_iter().map(|k| stops[k]).collect() }
     }
 
-    /// The tour through the first `count` stops and back to the first one.
-    fn tour(&self, route: &Route, count: usize) -> Tour {
+    /// The corners of the way from each stop to the next one.
+    fn ways(&self, route: &Route) -> Vec<Vec<Vec2>> {
+        let pairs = self.stops.iter().zip(self.stops.iter().skip(1));
+        pairs.map(|(&stop, &next)| route.way(&route.lengths_from(stop), next)).collect()
+    }
+
+    /// The tour through the first `count` stops, of which these are the ways, and back to the first one.
+    fn tour(&self, route: &Route, ways: &[Vec<Vec2>], count: usize) -> Tour {
+        let on_floor = |point: Vec2| Vec3::new(point.x, point.y, 0.0);
         let stops = &self.stops[..count.min(self.stops.len())];
-        let on_floor = |point: parry3d::math::Vec2| Vec3::new(point.x, point.y, 0.0);
-        let Some(&first) = stops.first() else { return Tour::begin(Vec3::ZERO, 0.0) };
+        let (Some(&first), Some(&last)) = (stops.first(), stops.last()) else {
+            return Tour::begin(Vec3::ZERO, 0.0);
+        };
         let mut tour = Tour::begin(on_floor(route.point(first)), 0.0);
         tour.turn(TAU);
-        for (k, &stop) in stops.iter().enumerate() {
-            let next = stops[(k + 1) % stops.len()];
-            for corner in route.way(&route.lengths_from(stop), next) {
+        for way in &ways[..stops.len() - 1] {
+            for &corner in way {
                 tour.go_to(on_floor(corner));
             }
-            if next != first {
-                tour.turn(TAU);
-            }
+            tour.turn(TAU);
+        }
+        for corner in route.way(&route.lengths_from(last), first) {
+            tour.go_to(on_floor(corner));
         }
         tour
     }

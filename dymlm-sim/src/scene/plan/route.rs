@@ -151,20 +151,10 @@ impl Route {
         corners
     }
 
+    /// The open places around a place, and the lengths of the ways to them.
     fn neighbours(&self, place: usize) -> impl Iterator<Item = (usize, u32)> + '_ {
-        const NEIGHBOURS: [([i64; 2], u32); 8] = [
-            ([1, 0], STRAIGHT),
-            ([0, 1], STRAIGHT),
-            ([-1, 0], STRAIGHT),
-            ([0, -1], STRAIGHT),
-            ([1, 1], DIAGONAL),
-            ([-1, 1], DIAGONAL),
-            ([-1, -1], DIAGONAL),
-            ([1, -1], DIAGONAL),
-        ];
-        let [x, y] = self.open.place(place);
-        let near = NEIGHBOURS.into_iter().filter(move |([dx, dy], _)| self.open.at(x + dx, y + dy));
-        near.map(move |([dx, dy], way)| ((y + dy) as usize * self.open.width + (x + dx) as usize, way))
+        let near = self.open.neighbours(place).filter(|&(next, _)| self.open.cells[next]);
+        near.map(|(next, is_diagonal)| (next, if is_diagonal { DIAGONAL } else { STRAIGHT }))
     }
 }
 
