@@ -96,13 +96,35 @@ impl BoundingBox {
     /// ```
     #[inline]
     pub fn iou(&self, other: &Self) -> f64 {
-        // In f64 no area overflows, and the areas of boxes on whole pixels are exact.
+        let [own, others, shared] = self.areas_with(other);
+        let union = own + others - shared;
+        if union > 0.0 { shared / union } else { 0.0 }
+    }
+
+    /// Share of this box's area that lies in another box, 0..=1; 0 when this box is empty.
+    ///
+    /// ```
+    /// use dymlm_core::BoundingBox;
+    ///
+    /// let a = BoundingBox::new(0.0, 0.0, 10.0, 10.0)?;
+    /// let b = BoundingBox::new(5.0, 0.0, 50.0, 10.0)?;
+    /// assert_eq!(a.share_in(&b), 0.5);
+    /// # Ok::<(), dymlm_core::Error>(())
+    /// ```
+    pub fn share_in(&self, other: &Self) -> f64 {
+        let [own, _, shared] = self.areas_with(other);
+        if own > 0.0 { shared / own } else { 0.0 }
+    }
+
+    /// The areas of this box, of another one and of what they share. In f64 no area overflows, and the areas
+    /// of boxes on whole pixels are exact.
+    #[inline]
+    fn areas_with(&self, other: &Self) -> [f64; 3] {
         let [a, b] = [self, other].map(|b| <[f32; 4]>::from(*b).map(f64::from));
         let area =
             |[x_min, y_min, x_max, y_max]: [f64; 4]| (x_max - x_min).max(0.0) * (y_max - y_min).max(0.0);
         let shared = area([a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
-        let union = area(a) + area(b) - shared;
-        if union > 0.0 { shared / union } else { 0.0 }
+        [area(a), area(b), shared]
     }
 
     /// The part of the box on an image of `width` x `height` pixels; `None` when there is none.

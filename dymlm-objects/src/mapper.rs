@@ -83,6 +83,10 @@ const MOST_CHECKED: usize = 64;
 const MAX_MERGES: usize = 16;
 /// Frames in view after which an object that was detected only once is removed.
 const PATIENCE: u32 = 30;
+/// Least share of an object's projection that a view must show before it is confirmed, 0..=1: of a couch whose
+/// arm looks out behind a table the box is a guess from the label's usual size. A lower value confirms such
+/// guesses, a higher one leaves out what is rightly completed.
+const LEAST_SHOWN: f64 = 0.1;
 
 impl ObjectMapper {
     /// A mapper with an empty map.
@@ -575,8 +579,8 @@ impl ObjectMapper {
         None
     }
 
-    /// Confirms an object when it was observed often enough, and often enough while in view, and its size is
-    /// plausible for its label; otherwise makes it tentative.
+    /// Confirms an object when it was observed often enough, and often enough while in view, its size is
+    /// plausible for its label, and a view shows enough of it; otherwise makes it tentative.
     fn confirm_objects(&mut self) {
         let update = &self.config.update;
         for &birth in &self.in_view {
@@ -589,7 +593,8 @@ impl ObjectMapper {
                 prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), PRIOR_SLACK));
             let is_seen =
                 object.observations >= update.min_observations && share >= update.min_detected_share;
-            let is_confirmed = is_seen && is_plausible;
+            let is_shown = || object.key_views.show(&object.shape(), LEAST_SHOWN);
+            let is_confirmed = is_seen && is_plausible && is_shown();
             match (object.state, is_confirmed) {
                 (ObjectState::Tentative, true) => {
                     Arc::make_mut(object).state = ObjectState::Confirmed;

@@ -22,6 +22,13 @@ impl KeyView {
             visible_iou(&projected, &self.bounding_box, self.completeness, &self.camera)
         })
     }
+
+    /// Share of a shape's projection that is in the detector's box, 0..=1. What lies beyond the image's border
+    /// is not shown.
+    fn shown_share(&self, shape: &ObjectShape) -> f64 {
+        let projected = shape.image_box(&self.camera, &self.world_from_camera);
+        projected.map_or(0.0, |projected| projected.share_in(&self.bounding_box))
+    }
 }
 
 /// A bounded selection of an object's views, spread evenly over the summed weight of its observations: when
@@ -92,6 +99,11 @@ impl KeyViews {
     pub(crate) fn mean_whole_iou(&self, shape: &ObjectShape) -> Option<f64> {
         let whole = |view: &KeyView| KeyView { completeness: Completeness::default(), ..*view };
         self.mean(|view| whole(view).projection_iou(shape))
+    }
+
+    /// Whether any view shows at least a share of a shape's projection, 0..=1.
+    pub(crate) fn show(&self, shape: &ObjectShape, share: f64) -> bool {
+        self.views.iter().any(|view| view.shown_share(shape) >= share)
     }
 
     fn mean(&self, iou: impl Fn(&KeyView) -> f64) -> Option<f64> {

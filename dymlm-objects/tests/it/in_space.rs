@@ -326,3 +326,21 @@ fn what_the_detector_sees_as_two_at_once_stays_two() {
     // What is never seen as two may be one thing, found in two places.
     assert_eq!(count(|step| if step % 2 == 0 { &[(0, "chair")] } else { &[(1, "chair")] }), 1);
 }
+
+/// The end of a couch beside a cupboard: its box is what couches usually are. From beside the cupboard the
+/// couch is seen.
+#[test]
+fn what_hardly_looks_out_from_behind_something_is_not_confirmed() {
+    let couch = upright([0.0, 4.0, 0.4], 0.0, [2.0, 0.9, 0.8]);
+    let cupboard = upright([-1.2, 2.5, 1.0], 0.0, [3.6, 0.3, 2.0]);
+    let (scene, mut mapper) = (room(vec![couch, cupboard], &[6.0]), mapper());
+    let mut look = |step: usize, x: f64| {
+        let pose = near([x, 0.0, 1.2], step, [x, 4.0, 0.4]);
+        show(&mut mapper, &scene, (0.1 * step as f64, pose), &[(0, "couch")], &Walls(vec![6.0]));
+        (mapper.map().len(), mapper.map().candidates().count())
+    };
+    (0..8).for_each(|step| assert_eq!(look(step, 0.0), (0, 1), "step {step}"));
+    let last = (8..24).map(|step| look(step, 1.6)).last();
+    assert_eq!(last, Some((1, 0)));
+    assert!(boxes(&mapper)[0].iou(&couch) > 0.6, "{:?}", boxes(&mapper));
+}
