@@ -1,7 +1,8 @@
 use dymlm_core::Plane;
-use dymlm_core::vector3::{cross, dot, unit};
+use dymlm_core::vector3::{along, cross, difference, dot, unit};
 
 use super::finite_plane::FinitePlane;
+use crate::linear_algebra::foot_on;
 use crate::patches::{Patch, VoxelBox};
 
 /// Cosine of the least angle at which one plane stands across another: 45 degrees. A smaller angle would let
@@ -57,6 +58,34 @@ impl Partition {
             stands[(step - margin - first) as usize..=(step + margin - first) as usize].fill(true);
         }
         Some(Self { plane: wall.plane, reach, along, first, stands, voxel_size })
+    }
+
+    /// Whether each of two patches lies wholly on its own side of the partition, as the walls of two rooms do.
+    /// A thing that stands across a part of one surface does not divide it so. O(blocks, and voxels beside the
+    /// partition's plane).
+    pub(crate) fn divides(&self, patches: [&Patch; 2]) -> bool {
+        let distance = |place: [f64; 3]| self.plane.signed_distance(place);
+        let keeps_to = |patch: &Patch, side: f64| {
+            patch.blocks().all(|block| {
+                let (center, half) = block.sphere(self.voxel_size);
+                let from_center = side * distance(center);
+                let mut voxels = patch.voxels_of(block).map(|voxel| voxel.center(self.voxel_size));
+                from_center >= half
+                    || (from_center >= -(half + self.reach)
+                        && voxels.all(|place| side * distance(place) >= -self.reach))
+            })
+        };
+        let [a, b] = patches;
+        [1.0, -1.0].into_iter().any(|side| keeps_to(a, side) && keeps_to(b, -side))
+    }
+
+    /// The place of the partition's plane that is nearest to where a way on a surface crosses it or, when the
+    /// way is beside it, to the way's start; off the surface, along its `normal`, by as far as patches may
+    /// stray. There the partition would stand if it went on.
+    pub(crate) fn passage(&self, [from, to]: [[f64; 3]; 2], normal: [f64; 3]) -> [f64; 3] {
+        let [s, t] = [from, to].map(|place| self.plane.signed_distance(place));
+        let share = if s * t < 0.0 { s / (s - t) } else { 0.0 };
+        foot_on(&self.plane, along(along(from, share, difference(to, from)), self.reach, normal))
     }
 
     /// Whether the way from one place to another goes through the partition or, when it is too short for

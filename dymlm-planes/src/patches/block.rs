@@ -53,6 +53,12 @@ impl BlockKey {
         let min = self.cell().map(|c| c << BLOCK_BITS);
         VoxelBox { min, max: min.map(|c| c + (1 << BLOCK_BITS) - 1) }
     }
+
+    /// Centre and radius of the sphere around the block, metres.
+    pub(crate) fn sphere(self, voxel_size: f64) -> ([f64; 3], f64) {
+        let side = f64::from(1 << BLOCK_BITS) * voxel_size;
+        (self.cell().map(|c| (f64::from(c) + 0.5) * side), 0.5 * 3.0_f64.sqrt() * side)
+    }
 }
 
 /// The coordinates of a voxel's block.

@@ -26,6 +26,9 @@ pub(super) struct Gap {
     cell: f64,
     /// Places on each patch near the other one. World frame, metres.
     sides: [Vec<[f64; 3]>; 2],
+    /// Where a wall that divides the patches stands across some of the shortest ways: the places off the
+    /// surface where it would stand across the others if it went on. World frame, metres.
+    passages: Vec<[f64; 3]>,
 }
 
 /// Start and end of a way.
@@ -67,23 +70,36 @@ impl Gap {
             CoarseCell::double(&mut of_b);
             level += 1;
         }
-        let is_clear = |[from, to]: [[f64; 3]; 2]| {
-            let [from, to] = [from, to].map(|place| place.map(|c| c * voxel_size));
-            !partitions.iter().any(|partition| partition.separates(from, to))
+        let separates = |partition: &Partition, way: Way| {
+            let [from, to] = way.map(|place| place.map(|c| c * voxel_size));
+            partition.separates(from, to)
         };
-        let ways = clear_ways(&of_a, &of_b, max_width / voxel_size, level, is_clear);
-        let ways: Vec<Way> = ways
+        let ways_where = |is_clear: &dyn Fn(Way) -> bool| -> Vec<Way> {
+            clear_ways(&of_a, &of_b, max_width / voxel_size, level, is_clear).collect()
+        };
+        let clear = ways_where(&|way| !partitions.iter().any(|partition| separates(partition, way)));
+        let ways: Vec<Way> = clear
+            .into_iter()
             .map(|[from, to]| {
                 let from = foot_on(&a.plane, from.map(|c| c * voxel_size));
                 [from, foot_on(&b.plane, to.map(|c| c * voxel_size))]
             })
             .collect();
+        // Whether a wall between rooms goes on where it has not been seen, above a cupboard for example, is
+        // asked where it parts the patches along their shortest ways.
+        let dividing = partitions.iter().filter(|partition| partition.divides([a.patch, b.patch]));
+        let shortest = if partitions.is_empty() { Vec::new() } else { ways_where(&|_| true) };
+        let dividing: Vec<_> =
+            dividing.filter(|partition| shortest.iter().any(|way| separates(partition, *way))).collect();
+        let passage = |way: &Way, wall: &Partition| wall.passage(*way, a.plane.normal());
+        let passages = ways.iter().flat_map(|way| dividing.iter().map(move |wall| passage(way, wall)));
+        let passages = passages.collect();
         let side = |of: &[CoarseCell], plane: &Plane| {
             of.iter().map(|cell| foot_on(plane, cell.center(level).map(|c| c * voxel_size))).collect()
         };
         let sides = [side(&of_a, &a.plane), side(&of_b, &b.plane)];
         let cell = f64::from(1_u32 << level) * voxel_size;
-        (!ways.is_empty()).then_some(Self { ways, cell, sides })
+        (!ways.is_empty()).then_some(Self { ways, cell, sides, passages })
     }
 
     /// Places on the shortest of the ways for which `is_asked` holds: on a selection of those at most a cell
@@ -100,8 +116,8 @@ impl Gap {
     }
 
     /// What a depth image shows of the gap; `None` when it shows nothing of it: it does not look there, has
-    /// no readings, sees the plane continue, or sees the gap occluded together with most of one side, as by a
-    /// wall before the next room. Only ways in its view are checked, because which ways are shortest by less
+    /// no readings, sees the plane continue, sees the gap occluded together with most of one side, as by a wall
+    /// before the next room, or does not see that a wall that divides the patches ends. Only ways in its view are checked, because which ways are shortest by less
     /// than a cell is chance. O(ways and places), at most 192 and 96, and 192 places on each side.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let look = |place| view.look_at_world(camera_from_world, place, 0.0).visibility;
@@ -126,7 +142,10 @@ impl Gap {
             let [present, occluded, _] = count(side);
             present > 0 || 2 * occluded <= side.len()
         };
-        (occluded > 0 && self.sides.iter().all(shows)).then_some(GapLook::Occluded)
+        let is_past_walls = || {
+            self.passages.is_empty() || self.passages.iter().any(|place| look(*place) == Visibility::Absent)
+        };
+        (occluded > 0 && self.sides.iter().all(shows) && is_past_walls()).then_some(GapLook::Occluded)
     }
 }
 
@@ -154,4 +173,69 @@ fn clear_ways(
 /// The place at a fraction `part` of a way.
 fn between([from, to]: &Way, part: f64) -> [f64; 3] {
     std::array::from_fn(|axis| from[axis] + part * (to[axis] - from[axis]))
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SensorModel;
+    use dymlm_test_support::{Rectangle, World, look_at, small_camera};
+
+    use super::*;
+    use crate::PlaneMapConfig;
+    use crate::association::Criterion;
+    use crate::patches::VoxelLists;
+
+    const VOXEL: f64 = 0.025;
+    /// Half the thickness of the wall between the rooms.
+    const HALF: f64 = 0.06;
+
+    /// The voxels of a rectangle parallel to two of the axes, between two corners.
+    fn rectangle([low, high]: [[f64; 3]; 2]) -> Patch {
+        let steps = [0, 1, 2].map(|axis| ((high[axis] - low[axis]) / VOXEL).round() as usize);
+        let at = |axis: usize, step: usize| low[axis] + VOXEL * step as f64;
+        let places = (0..=steps[0]).flat_map(|i| (0..=steps[1]).map(move |j| [i, j]));
+        let places = places.flat_map(|[i, j]| (0..=steps[2]).map(move |k| [at(0, i), at(1, j), at(2, k)]));
+        Patch::of_points(places, VOXEL, &mut VoxelLists::default())
+    }
+
+    /// A plane across an axis, which faces low coordinates.
+    fn finite(patch: &Patch, axis: usize, centroid: [f64; 3]) -> FinitePlane<'_> {
+        let normal = [0, 1, 2].map(|own| -f64::from(u8::from(own == axis)));
+        let plane = Plane::new(normal, centroid[axis]).unwrap();
+        FinitePlane { plane, centroid, spread: [0.0; 6], patch }
+    }
+
+    /// What a camera in one of two rooms along x sees between their end walls, when the wall between the rooms
+    /// is known up to a height. The end wall of the other room strays into the wall between them, almost to
+    /// its near side, as readings in a corner do.
+    fn look_between_rooms(known_height: f64, world: &World) -> Option<GapLook> {
+        let ends =
+            [rectangle([[-2.0, 3.0, 0.0], [0.05, 3.0, 2.3]]), rectangle([[0.07, 3.0, 0.0], [2.0, 3.0, 2.6]])];
+        let [a, b] = [finite(&ends[0], 1, [-1.0, 3.0, 1.2]), finite(&ends[1], 1, [1.0, 3.0, 1.3])];
+        let sides = [-HALF, HALF].map(|x| (x, rectangle([[x, 1.0, 0.0], [x, 2.95, known_height]])));
+        let walls = sides.iter().map(|(x, patch)| finite(patch, 0, [*x, 2.0, 1.0]));
+        let config = PlaneMapConfig::default();
+        let partitions = Criterion::new(&config.association, VOXEL).partitions([&a, &b], walls);
+        let region = a.patch.bounds().union(&b.patch.bounds());
+        let width = config.association.max_occluded_gap;
+        let gap = Gap::between(&a, &b, VOXEL, width, &region, &partitions)?;
+        let (camera, view) = (small_camera(), look_at([1.2, 0.5, 1.4], [0.0, 3.0, 1.4]));
+        let (depth, sensor) = (world.depth(&camera, &view), SensorModel::kinect());
+        gap.look(&DepthView::new(&camera, &depth, &sensor), &view.inverse())
+    }
+
+    #[test]
+    fn a_wall_known_in_part_parts_rooms_until_its_end_is_seen() {
+        let end = Rectangle::upright([0.0, 3.0, 1.3], 2.0, 1.3);
+        let wall = |height: f64| {
+            let half_sides = [[0.0, 1.0, 0.0], [0.0, 0.0, 0.5 * height]];
+            Rectangle { center: [HALF, 2.0, 0.5 * height], half_sides }
+        };
+        // Hides a part of the gap, above the low wall.
+        let board = Rectangle::upright([0.0, 2.7, 1.9], 0.1, 0.3);
+        let (high, low) = (World::of(&[end, wall(2.6), board]), World::of(&[end, wall(0.8), board]));
+        assert_eq!(look_between_rooms(0.8, &high), None, "the wall goes on");
+        assert_eq!(look_between_rooms(0.8, &low), Some(GapLook::Occluded), "the wall ends");
+        assert_eq!(look_between_rooms(2.6, &high), None, "no clear way");
+    }
 }
