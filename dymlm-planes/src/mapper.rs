@@ -23,7 +23,7 @@ use crate::plane_map::{PlaneMap, PlaneReport};
 /// assert_eq!((first.created.len(), second.created.len()), (1, 0));
 /// assert_eq!(second.updated, first.created);
 /// let wall = mapper.map().plane(first.created[0]).ok_or("no such plane")?;
-/// assert_eq!((wall.observations(), wall.is_confirmed()), (2, false));
+/// assert_eq!((wall.observations(), wall.is_confirmed()), (2, true));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]

@@ -13,9 +13,11 @@ pub struct PlaneMapConfig {
     /// Side of the voxels in which a plane's inliers are stored, metres, 0.005..=1. Default 0.025: the
     /// spacing of samples at 3.3 m.
     pub voxel_size: f64,
-    /// Least number of key frames that must have seen a plane before it is confirmed, and that must have seen
-    /// the gap between two planes occluded before they merge across it, 1..=1000. Default 3: what only one or
-    /// two frames have seen may be a person's back.
+    /// Least number of key frames that must have seen a plane before it is confirmed, and one more when a key
+    /// frame has looked there without finding it, 1..=1000. Default 2: what only one has seen may be a person's
+    /// back, and a facet of a pillar is not found again from the next place. Conclusions that are not withdrawn
+    /// ask for one more in any case: that two planes are one across an occluded gap, and that an object stands
+    /// on a plane.
     pub min_observations: u32,
     /// Least share of the key frames that looked at a plane's centroid that must have seen the plane to
     /// confirm it, 0..=1. Default 0.12: a plane fitted across an edge appears in a frame or two of the many
@@ -33,7 +35,7 @@ impl Default for PlaneMapConfig {
         Self {
             association: AssociationConfig::default(),
             voxel_size: 0.025,
-            min_observations: 3,
+            min_observations: 2,
             min_observation_share: 0.12,
             max_hole_area: 0.02,
             boundary_tolerance: 0.02,
@@ -42,6 +44,11 @@ impl Default for PlaneMapConfig {
 }
 
 impl PlaneMapConfig {
+    /// Least number of key frames for conclusions that are not withdrawn.
+    pub(crate) fn lasting_observations(&self) -> u32 {
+        self.min_observations.saturating_add(1)
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.association.validate()?;
         check_range("planes.map.voxel_size", self.voxel_size, 0.005..=1.0)?;

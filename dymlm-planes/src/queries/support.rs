@@ -4,14 +4,18 @@ use crate::plane_map::{MapPlane, PlaneMap};
 
 impl PlaneMap {
     /// The confirmed planes on which a thing at `point` may rest or against which it may lean: those at most
-    /// `reach` metres away whose patch holds the point's projection, to a voxel. In the order in which they
-    /// came into the map. O(planes near).
+    /// `reach` metres away whose patch holds the point's projection, to a voxel, and which one key frame more
+    /// has seen than [`min_observations`](crate::PlaneMapConfig::min_observations) asks for. In the order in
+    /// which they came into the map. O(planes near).
     pub fn supports_near(&self, point: [f64; 3], reach: f64) -> impl Iterator<Item = &MapPlane> {
+        let least = self.config().lasting_observations();
         let around = [-reach, reach].map(|side| point.map(|c| c + side));
         let around = VoxelBox::around(around, self.config().voxel_size).grown(1);
         self.confirmed_near(around).filter(move |plane| {
             let own = plane.plane();
-            own.signed_distance(point).abs() <= reach && plane.holds(foot_on(&own, point))
+            plane.observations() >= least
+                && own.signed_distance(point).abs() <= reach
+                && plane.holds(foot_on(&own, point))
         })
     }
 }

@@ -136,8 +136,8 @@ fn a_gap_too_wide_or_seen_too_seldom_is_not_bridged() {
     };
     assert_eq!(parts_with(&|config| config.map.association.max_occluded_gap = 0.0, &views), 2);
     assert_eq!(parts_with(&|config| config.map.association.max_occluded_gap = 0.2, &views), 2);
-    assert_eq!(parts_with(&|config| config.map.min_observations = 7, &views), 2);
-    assert_eq!(parts_with(&|config| config.map.min_observations = 6, &views), 1);
+    assert_eq!(parts_with(&|config| config.map.min_observations = 6, &views), 2);
+    assert_eq!(parts_with(&|config| config.map.min_observations = 5, &views), 1);
     assert_eq!(parts_with(&|_| (), &views[..6]), 2);
     assert_eq!(parts_with(&|_| (), &views[..7]), 1);
 }

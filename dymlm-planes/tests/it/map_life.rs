@@ -98,12 +98,15 @@ fn queries_mean_confirmed_planes() {
     let frames = detections();
     let mut map = empty_map();
     let (eye, ahead) = (frames[0].2.translation(), frames[0].2.rotate([0.0, 0.0, 1.0]));
-    for k in 0..3 {
+    for k in 0..2 {
         assert_eq!(map.cast_ray(eye, ahead, 10.0), None, "after {k} frames");
         assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), 0);
         insert(&mut map, &frames[0]);
     }
     let hit = map.cast_ray(eye, ahead, 10.0).unwrap();
+    // Objects are stood on it when one frame more has seen it.
+    assert_eq!(map.supports_near(hit.point, 0.01).count(), 0);
+    insert(&mut map, &frames[0]);
     let near: Vec<PlaneId> = map.supports_near(hit.point, 0.01).map(MapPlane::id).collect();
     assert_eq!(near, [hit.plane]);
     assert!(map.plane(hit.plane).unwrap().is_confirmed());

@@ -97,8 +97,9 @@ impl PlaneMap {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
             let Sightings { count, missed, .. } = plane.sightings;
             let looked = f64::from(count) + f64::from(missed);
+            let least = self.config.min_observations.saturating_add(u32::from(missed > 0));
             plane.is_confirmed = !plane.is_gone
-                && count >= self.config.min_observations
+                && count >= least
                 && f64::from(count) >= self.config.min_observation_share * looked;
         }
     }

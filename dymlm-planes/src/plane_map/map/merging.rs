@@ -132,7 +132,7 @@ impl PlaneMap {
         if let Some(agreement) = self.test([&from, &into], region) {
             return Some(found(Tie::Contact, &agreement));
         }
-        let least = self.config.min_observations;
+        let least = self.config.lasting_observations();
         let is_occluded = self.gaps.is_occluded(pair_of(merge.from, merge.into), least);
         let agreement = is_occluded.then(|| self.criterion.test_across_gap(&from, &into)).flatten()?;
         // A wall may have been found in the gap since.

@@ -73,7 +73,7 @@ impl PlaneMap {
     /// Removes from the key frames the merges that have too few witnesses left without key frame `gone`, and
     /// returns them.
     fn take_unwitnessed(&mut self, gone: FrameId) -> Vec<Union> {
-        let least = self.config.min_observations as usize;
+        let least = self.config.lasting_observations() as usize;
         let mut taken = Vec::new();
         self.key_frames.renew(|key_frame| {
             let mut witnesses = key_frame.merges.iter().filter_map(|merge| merge.witnesses.as_ref());
