@@ -83,9 +83,9 @@ const MOST_CHECKED: usize = 64;
 const MAX_MERGES: usize = 16;
 /// Frames in view after which an object that was detected only once is removed.
 const PATIENCE: u32 = 30;
-/// Least share of an object's projection that a view must show before it is confirmed, 0..=1: of a couch whose
-/// arm looks out behind a table the box is a guess from the label's usual size. A lower value confirms such
-/// guesses, a higher one leaves out what is rightly completed.
+/// Least share of an object's projection that a view must show before it is confirmed, 0..=1: of a couch
+/// whose arm looks out behind a table the box is a guess from the label's usual size. A lower value confirms
+/// such guesses, a higher one leaves out what is rightly completed.
 const LEAST_SHOWN: f64 = 0.1;
 
 impl ObjectMapper {

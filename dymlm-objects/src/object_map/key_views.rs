@@ -23,8 +23,8 @@ impl KeyView {
         })
     }
 
-    /// Share of a shape's projection that is in the detector's box, 0..=1. What lies beyond the image's border
-    /// is not shown.
+    /// Share of a shape's projection that is in the detector's box, 0..=1. What lies beyond the image's
+    /// border is not shown.
     fn shown_share(&self, shape: &ObjectShape) -> f64 {
         let projected = shape.image_box(&self.camera, &self.world_from_camera);
         projected.map_or(0.0, |projected| projected.share_in(&self.bounding_box))

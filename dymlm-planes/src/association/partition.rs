@@ -60,9 +60,9 @@ impl Partition {
         Some(Self { plane: wall.plane, reach, along, first, stands, voxel_size })
     }
 
-    /// Whether each of two patches lies wholly on its own side of the partition, as the walls of two rooms do.
-    /// A thing that stands across a part of one surface does not divide it so. O(blocks, and voxels beside the
-    /// partition's plane).
+    /// Whether each of two patches lies wholly on its own side of the partition, as the walls of two rooms
+    /// do. A thing that stands across a part of one surface does not divide it so. O(blocks, and voxels
+    /// beside the partition's plane).
     pub(crate) fn divides(&self, patches: [&Patch; 2]) -> bool {
         let distance = |place: [f64; 3]| self.plane.signed_distance(place);
         let keeps_to = |patch: &Patch, side: f64| {

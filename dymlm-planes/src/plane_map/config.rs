@@ -14,10 +14,10 @@ pub struct PlaneMapConfig {
     /// spacing of samples at 3.3 m.
     pub voxel_size: f64,
     /// Least number of key frames that must have seen a plane before it is confirmed, and one more when a key
-    /// frame has looked there without finding it, 1..=1000. Default 2: what only one has seen may be a person's
-    /// back, and a facet of a pillar is not found again from the next place. Conclusions that are not withdrawn
-    /// ask for one more in any case: that two planes are one across an occluded gap, and that an object stands
-    /// on a plane.
+    /// frame has looked there without finding it, 1..=1000. Default 2: what only one has seen may be a
+    /// person's back, and a facet of a pillar is not found again from the next place. Conclusions that are
+    /// not withdrawn ask for one more in any case: that two planes are one across an occluded gap, and that
+    /// an object stands on a plane.
     pub min_observations: u32,
     /// Least share of the key frames that looked at a plane's centroid that must have seen the plane to
     /// confirm it, 0..=1. Default 0.12: a plane fitted across an edge appears in a frame or two of the many

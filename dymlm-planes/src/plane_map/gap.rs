@@ -87,13 +87,14 @@ impl Gap {
             .collect();
         // Whether a wall between rooms goes on where it has not been seen, above a cupboard for example, is
         // asked where it parts the patches along their shortest ways.
-        let dividing = partitions.iter().filter(|partition| partition.divides([a.patch, b.patch]));
         let shortest = if partitions.is_empty() { Vec::new() } else { ways_where(&|_| true) };
-        let dividing: Vec<_> =
-            dividing.filter(|partition| shortest.iter().any(|way| separates(partition, *way))).collect();
-        let passage = |way: &Way, wall: &Partition| wall.passage(*way, a.plane.normal());
-        let passages = ways.iter().flat_map(|way| dividing.iter().map(move |wall| passage(way, wall)));
-        let passages = passages.collect();
+        let parts = |wall: &&Partition| {
+            shortest.iter().any(|way| separates(wall, *way)) && wall.divides([a.patch, b.patch])
+        };
+        let mut passages = Vec::new();
+        for wall in partitions.iter().filter(parts) {
+            passages.extend(ways.iter().map(|way| wall.passage(*way, a.plane.normal())));
+        }
         let side = |of: &[CoarseCell], plane: &Plane| {
             of.iter().map(|cell| foot_on(plane, cell.center(level).map(|c| c * voxel_size))).collect()
         };
@@ -116,9 +117,10 @@ impl Gap {
     }
 
     /// What a depth image shows of the gap; `None` when it shows nothing of it: it does not look there, has
-    /// no readings, sees the plane continue, sees the gap occluded together with most of one side, as by a wall
-    /// before the next room, or does not see that a wall that divides the patches ends. Only ways in its view are checked, because which ways are shortest by less
-    /// than a cell is chance. O(ways and places), at most 192 and 96, and 192 places on each side.
+    /// no readings, sees the plane continue, sees the gap occluded together with most of one side, as by a
+    /// wall before the next room, or does not see that a wall that divides the patches ends. Only ways in its
+    /// view are checked, because which ways are shortest by less than a cell is chance. O(ways, places and
+    /// passages), at most 192, 96 and 192 for each such wall, and 192 places on each side.
     pub(super) fn look(&self, view: &DepthView<'_>, camera_from_world: &Pose) -> Option<GapLook> {
         let look = |place| view.look_at_world(camera_from_world, place, 0.0).visibility;
         // Counts the places that show the plane, that are occluded, and that are looked through.
@@ -205,9 +207,9 @@ mod tests {
         FinitePlane { plane, centroid, spread: [0.0; 6], patch }
     }
 
-    /// What a camera in one of two rooms along x sees between their end walls, when the wall between the rooms
-    /// is known up to a height. The end wall of the other room strays into the wall between them, almost to
-    /// its near side, as readings in a corner do.
+    /// What a camera in one of two rooms along x sees between their end walls, when the wall between the
+    /// rooms is known up to a height. The end wall of the other room strays into the wall between them,
+    /// almost to its near side, as readings in a corner do.
     fn look_between_rooms(known_height: f64, world: &World) -> Option<GapLook> {
         let ends =
             [rectangle([[-2.0, 3.0, 0.0], [0.05, 3.0, 2.3]]), rectangle([[0.07, 3.0, 0.0], [2.0, 3.0, 2.6]])];
