@@ -20,8 +20,8 @@ pub struct ObjectReport {
     pub kept_parameters: Vec<ObjectId>,
     /// Newly confirmed objects, ascending ids.
     pub confirmed: Vec<ObjectId>,
-    /// Objects that are candidates again, ascending ids: they were detected too seldom while in view, or have
-    /// an implausible size for their label.
+    /// Objects that are candidates again, ascending ids: they were detected too seldom while in view, have
+    /// an implausible size for their label, or no view shows enough of their new box.
     pub unconfirmed: Vec<ObjectId>,
     /// Objects that were merged into others, in the order of the merges.
     pub merged: Vec<ObjectMerge>,

@@ -32,8 +32,8 @@ impl ObjectMap {
         self.all().filter(|object| object.state == ObjectState::Confirmed)
     }
 
-    /// The tentative objects, in the same order: seen too seldom, of an implausible size, or no longer
-    /// confirmed.
+    /// The tentative objects, in the same order: seen too seldom, of an implausible size, hardly shown by any
+    /// view, or no longer confirmed.
     pub fn candidates(&self) -> impl Iterator<Item = &MapObject> {
         self.all().filter(|object| object.state == ObjectState::Tentative)
     }

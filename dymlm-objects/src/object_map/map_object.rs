@@ -84,7 +84,7 @@ impl SupportVotes {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum ObjectState {
-    /// A candidate: seen too seldom, or of an implausible size for its label.
+    /// A candidate: seen too seldom, of an implausible size for its label, or hardly shown by any view.
     Tentative,
     /// Part of the map.
     Confirmed,

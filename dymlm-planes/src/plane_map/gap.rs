@@ -85,6 +85,9 @@ impl Gap {
                 [from, foot_on(&b.plane, to.map(|c| c * voxel_size))]
             })
             .collect();
+        if ways.is_empty() {
+            return None;
+        }
         // Whether a wall between rooms goes on where it has not been seen, above a cupboard for example, is
         // asked where it parts the patches along their shortest ways.
         let shortest = if partitions.is_empty() { Vec::new() } else { ways_where(&|_| true) };
@@ -100,7 +103,7 @@ impl Gap {
         };
         let sides = [side(&of_a, &a.plane), side(&of_b, &b.plane)];
         let cell = f64::from(1_u32 << level) * voxel_size;
-        (!ways.is_empty()).then_some(Self { ways, cell, sides, passages })
+        Some(Self { ways, cell, sides, passages })
     }
 
     /// Places on the shortest of the ways for which `is_asked` holds: on a selection of those at most a cell
