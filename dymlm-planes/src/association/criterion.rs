@@ -84,6 +84,14 @@ impl Criterion {
         ((self.config.max_gap + 2.0 * self.max_offset()) / self.voxel_size).ceil() as i32
     }
 
+    /// Whether two surfaces at this distance from each other, metres, one of them `step` metres before the
+    /// other, could pass for one in the map.
+    pub(crate) fn could_pass_for_one(&self, [a, b]: [&Plane; 2], distance: f64, step: f64) -> bool {
+        distance <= f64::from(self.reach()) * self.voxel_size
+            && step <= self.max_offset()
+            && self.normals_agree(a, b).is_some()
+    }
+
     /// Largest distance of a patch's voxels from the plane, metres.
     fn max_offset(&self) -> f64 {
         self.config.max_distance + 2.0 * self.voxel_size

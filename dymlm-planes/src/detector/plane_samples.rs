@@ -93,7 +93,13 @@ impl RayLattice {
         plane: &Plane,
     ) -> impl Iterator<Item = [f64; 3]> {
         let plane = *plane;
-        places.map(move |place| meet(&plane, self.ray(place)))
+        places.map(move |place| self.center(place, &plane))
+    }
+
+    /// The point where the ray of a place meets a plane, metres.
+    #[inline]
+    pub(crate) fn center(self, place: u32, plane: &Plane) -> [f64; 3] {
+        meet(plane, self.ray(place))
     }
 
     /// The points where the rays of `places` (row by row) meet a plane, metres. Each sample gives as many

@@ -34,7 +34,7 @@ pub(super) struct Gap {
 /// Start and end of a way.
 type Way = [[f64; 3]; 2];
 
-/// What a key frame sees in the gap between two patches of one plane.
+/// What a key frame sees between two patches of one plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum GapLook {
@@ -42,9 +42,11 @@ pub(super) enum GapLook {
     Occluded,
     /// The key frame looks through the gap: nothing joins the patches.
     LookedThrough,
+    /// The key frame shows a step between the patches: they are two surfaces, one before the other.
+    Step,
 }
 
-record_of_cases!(GapLook { 0 => Occluded, 1 => LookedThrough });
+record_of_cases!(GapLook { 0 => Occluded, 1 => LookedThrough, 2 => Step });
 
 impl Gap {
     /// The gap between two patches within a region; `None` when it is wider than `max_width` metres (to a

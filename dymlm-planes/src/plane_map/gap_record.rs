@@ -17,12 +17,13 @@ pub(super) struct GapRecord {
     pairs: BTreeMap<PlanePair, GapTally>,
 }
 
-/// Number of key frames that saw a gap occluded, and that looked through it.
+/// Number of key frames that saw a gap occluded, that looked through it, and that saw a step there.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct GapTally {
     occluded: u32,
     through: u32,
+    steps: u32,
 }
 
 impl GapTally {
@@ -30,6 +31,7 @@ impl GapTally {
         match gap_look {
             GapLook::Occluded => &mut self.occluded,
             GapLook::LookedThrough => &mut self.through,
+            GapLook::Step => &mut self.steps,
         }
     }
 }
@@ -48,7 +50,7 @@ impl GapRecord {
             let Some(tally) = self.pairs.get_mut(pair) else { continue };
             let looks = tally.of(*gap_look);
             *looks = looks.saturating_sub(1);
-            if (tally.occluded, tally.through) == (0, 0) {
+            if (tally.occluded, tally.through, tally.steps) == (0, 0, 0) {
                 self.pairs.remove(pair);
             }
         }
@@ -57,6 +59,11 @@ impl GapRecord {
     /// Approximate size in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         self.pairs.len() * size_of::<(PlanePair, GapTally)>()
+    }
+
+    /// Whether a key frame saw a step between two planes.
+    pub(super) fn is_step(&self, pair: PlanePair) -> bool {
+        self.pairs.get(&pair).is_some_and(|tally| tally.steps > 0)
     }
 
     /// Whether at least `least` key frames saw the gap occluded, and at most a share [`MAX_THROUGH`] looked
@@ -75,12 +82,12 @@ pub(super) fn pair_of(a: Birth, b: Birth) -> PlanePair {
 }
 
 /// A key frame's looks between planes, with each plane replaced by the one that it has become (`resolve`).
-/// Where several pairs have become one, `LookedThrough` counts.
+/// Where several pairs have become one, a step counts first, then `LookedThrough`.
 pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(Birth) -> Birth) -> GapLooks {
     let resolved = gap_looks.iter().map(|&([a, b], gap_look)| (pair_of(resolve(a), resolve(b)), gap_look));
     let mut resolved: GapLooks = resolved.filter(|([a, b], _)| a != b).collect();
     resolved.sort_unstable();
-    // After the reversal, a pair's `LookedThrough` comes before its `Occluded`.
+    // After the reversal, a pair's `Step` comes first, then `LookedThrough`, then `Occluded`.
     resolved.reverse();
     resolved.dedup_by_key(|(pair, _)| *pair);
     resolved

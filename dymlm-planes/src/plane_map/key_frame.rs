@@ -1,5 +1,5 @@
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{Birth, FrameId, Pose, record};
+use dymlm_core::{Birth, FrameId, Pose, SensorModel, record};
 
 use super::fixed_moments::FixedMoments;
 use super::gap::GapLook;
@@ -7,6 +7,8 @@ use super::gap_record::{GapLooks, PlanePair};
 use super::insertion::Union;
 use super::label_code::{MOST_LABELS, decode, encode};
 use super::placed_share::{PlacedShare, reach_of_planes};
+use super::step::steps;
+use crate::association::Criterion;
 use crate::detector::{DetectedPlane, RayLattice};
 use crate::error::Error;
 use crate::moments::Moments;
@@ -136,6 +138,15 @@ impl KeyFrame {
             && self.sites <= 1 << 24
             && self.lattice.columns <= 1 << 16
             && self.shares.iter().all(|share| usize::from(share.label) <= MOST_LABELS)
+    }
+
+    /// Pairs of shares, by index, that it shows as two surfaces with a step between them.
+    pub(super) fn steps(&self, criterion: &Criterion, sensor: &SensorModel) -> Vec<[usize; 2]> {
+        let plane = |share: &Share| Some((share.label, share.moments().fit()?.plane()?));
+        let planes = self.shares.iter().filter_map(plane).collect();
+        let share_of = |label: u16| self.shares.iter().position(|share| share.label == label);
+        let steps = steps(&self.decoded(), self.lattice, &planes, criterion, sensor);
+        steps.into_iter().filter_map(|[a, b]| Some([share_of(a)?, share_of(b)?])).collect()
     }
 
     fn decoded(&self) -> Vec<u16> {

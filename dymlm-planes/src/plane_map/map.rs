@@ -1,3 +1,4 @@
+mod associating;
 mod confirmation;
 mod forgetting;
 mod merging;
@@ -14,14 +15,15 @@ use dymlm_core::paging::{FiledMap, PageFile};
 use dymlm_core::vector3::norm;
 use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Pose, SensorModel};
 
+use self::associating::Pairing;
 use super::config::PlaneMapConfig;
-use super::gap_record::GapRecord;
+use super::gap_record::{GapRecord, PlanePair, pair_of};
 use super::insertion::Insertion;
 use super::key_frame::{KeyFrame, Places};
 use super::map_plane::{MapPlane, ShapeSettings};
 use super::placed_share::{PlacedShare, reach_of_planes};
 use super::report::PlaneReport;
-use crate::association::{Agreement, Criterion, FinitePlane, Partition};
+use crate::association::Criterion;
 use crate::detector::DetectedPlane;
 use crate::error::Error;
 use crate::patches::{PlaneIndex, VoxelBox, VoxelLists};
@@ -38,6 +40,9 @@ use crate::shared_map::SharedMap;
 /// height). Each key frame that touches one of the two checks what it sees on the shortest ways between them;
 /// the two merge when enough key frames saw these ways occluded and hardly any looked through. A merge is not
 /// undone when a later key frame looks through after all.
+///
+/// Parallel surfaces with a step between them that a key frame shows to be larger than the noise, as a book and the
+/// table on which it lies, stay two planes, though they are near enough to pass for one.
 ///
 /// All sums are integers, and what each key frame has seen is stored in its camera's frame, as sums and a
 /// coded label image: 1 to 2 kB. So [`PlaneMap::remove`] removes a key frame exactly: the planes are as if it
@@ -74,14 +79,6 @@ pub struct PlaneMap {
 /// Pages of 64 key frames that stay in memory: the newest, of which not all key frames have come yet, and the one
 /// before. Planes that merge have mostly been found by one of these.
 const PAGES_IN_MEMORY: usize = 2;
-
-/// The plane of the map with which a detected one is associated.
-#[derive(Debug, Clone, Copy)]
-struct Pairing {
-    cost: f64,
-    plane: Birth,
-    agreement: Agreement,
-}
 
 impl PlaneMap {
     /// An empty map.
@@ -127,10 +124,15 @@ impl PlaneMap {
         let placed = self.bring_to_world(&key_frame, &places)?;
         let seen = placed.iter().map(|share| share.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
-        let pairings: Vec<_> = placed.iter().map(|share| self.associate(share)).collect();
+        let steps = key_frame.steps(&self.criterion, &self.sensor);
+        let pairings = self.associate(&placed, &steps);
         let mut insertion = self.fuse(placed, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
-        let gap_looks = self.look_between(&insertion, &region, &view, &world_from_camera.inverse());
+        let steps: Vec<PlanePair> = steps
+            .into_iter()
+            .map(|[a, b]| pair_of(insertion.associations[a], insertion.associations[b]))
+            .collect();
+        let gap_looks = self.look_between(&insertion, &steps, &region, &view, &world_from_camera.inverse());
         let missed = self.missed_by(&insertion, &view, world_from_camera);
         self.gaps.add(&gap_looks);
         self.key_frames.update(insertion.key_frame, |key_frame| {
@@ -174,6 +176,15 @@ impl PlaneMap {
     /// The confirmed planes that may have inliers in a box, in the order of their births.
     pub(crate) fn confirmed_near(&self, region: VoxelBox) -> impl Iterator<Item = &MapPlane> {
         self.near(region).filter(|plane| plane.is_confirmed)
+    }
+
+    /// Whether a plane is the upper side of something flat that lies on another, larger plane: key frames have
+    /// shown the step between them, and it is so low that without that they would pass for one.
+    pub(crate) fn lies_flat_on(&self, plane: &MapPlane, other: &MapPlane) -> bool {
+        let step = other.plane().signed_distance(plane.centroid());
+        self.gaps.is_step(pair_of(plane.birth, other.birth))
+            && (0.0..self.config.association.max_distance).contains(&step)
+            && other.patch.len() > plane.patch.len()
     }
 
     /// The planes, confirmed or not, that may have inliers in a box, in the order of their births.
@@ -262,46 +273,6 @@ impl PlaneMap {
         let mut lists = VoxelLists::default();
         let place = |share| key_frame.placed(share, places, self.config.voxel_size, &mut lists);
         key_frame.shares.iter().map(place).collect()
-    }
-
-    /// The best plane of the map for a detected one. Several detected planes may share it, as parts of one
-    /// surface.
-    fn associate(&self, share: &PlacedShare) -> Option<Pairing> {
-        let detected = share.finite();
-        let region = detected.patch.bounds().grown(self.criterion.reach());
-        let candidates = self.near(region).filter_map(|mapped| {
-            let agreement = self.test([&detected, &mapped.finite()], &region)?;
-            Some(Pairing { cost: self.criterion.cost(&agreement), plane: mapped.birth, agreement })
-        });
-        // Of equal costs the first wins: the oldest plane.
-        candidates.min_by(|a, b| a.cost.total_cmp(&b.cost))
-    }
-
-    /// How well two planes agree; `None` unless they adjoin, with no wall between them, and are one.
-    fn test(&self, [detected, mapped]: [&FinitePlane<'_>; 2], region: &VoxelBox) -> Option<Agreement> {
-        let agreement = self.criterion.test(detected, mapped, region)?;
-        self.adjoin_clear_of_walls([detected, mapped], region).then_some(agreement)
-    }
-
-    /// Whether two planes that adjoin also do so away from any wall that stands between them.
-    fn adjoin_clear_of_walls(&self, [detected, mapped]: [&FinitePlane<'_>; 2], region: &VoxelBox) -> bool {
-        // If one plane reaches to the middle of the other, both are on the same side of any wall.
-        if mapped.patch.is_near(detected.centroid, self.config.voxel_size) {
-            return true;
-        }
-        let partitions = self.partitions([detected, mapped], |wall| wall.is_confirmed);
-        partitions.is_empty() || self.criterion.patches_adjoin(detected, mapped, region, &partitions)
-    }
-
-    /// The planes that stand between two others, among those for which `may_part` holds.
-    fn partitions(
-        &self,
-        planes: [&FinitePlane<'_>; 2],
-        may_part: impl Fn(&MapPlane) -> bool,
-    ) -> Vec<Partition> {
-        let [a, b] = planes.map(|plane| self.criterion.near(plane));
-        let near = self.near(a.intersection(&b)).filter(|wall| may_part(wall));
-        self.criterion.partitions(planes, near.map(MapPlane::finite))
     }
 
     fn fuse(

@@ -12,6 +12,7 @@ mod map_plane;
 mod placed_share;
 mod plane_sighting;
 mod report;
+mod step;
 
 pub use config::PlaneMapConfig;
 pub use map::PlaneMap;

@@ -14,3 +14,4 @@ mod moved_body;
 mod mover_boxes;
 mod partitions;
 mod ramps;
+mod steps;

@@ -31,10 +31,12 @@ enum Tie {
 /// Merging of planes of the map that prove to be one.
 impl PlaneMap {
     /// Checks the gaps between planes that this key frame has touched and planes of the map that are coplanar
-    /// with them, near the region that the key frame has seen.
+    /// with them, near the region that the key frame has seen. `steps` are the pairs between which it shows a
+    /// step.
     pub(super) fn look_between(
         &self,
         insertion: &Insertion,
+        steps: &[PlanePair],
         region: &VoxelBox,
         view: &DepthView<'_>,
         camera_from_world: &Pose,
@@ -47,6 +49,9 @@ impl PlaneMap {
         pairs.sort_unstable();
         pairs.dedup();
         let look = |pair: PlanePair| {
+            if steps.contains(&pair) {
+                return Some((pair, GapLook::Step));
+            }
             let [a, b] = pair.map(|birth| self.planes.get(&birth));
             let gap_look = self.gap_between(a?, b?, &region)?.look(view, camera_from_world)?;
             Some((pair, gap_look))
@@ -124,6 +129,9 @@ impl PlaneMap {
     /// Whether two planes of the map are one. The plane with fewer observations would be merged into the
     /// other.
     fn test_merge(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<FoundMerge> {
+        if self.gaps.is_step(pair_of(a.birth, b.birth)) {
+            return None;
+        }
         let (into, from) = in_order(a, b);
         let merge = Union { from: from.birth, into: into.birth };
         let found =

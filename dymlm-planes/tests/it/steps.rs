@@ -1,0 +1,69 @@
+//! Steps between parallel surfaces: what a key frame shows as two stays two, though the map would take it for
+//! one; the upper side of something flat is no support.
+
+use crate::common::{World, camera, level, look_at, upright};
+use dymlm_core::{FrameId, Pose};
+use dymlm_planes::{MapPlane, PlaneMap};
+
+/// A cupboard's front with an oven above it, which stands 4 cm farther back, seen from a distance.
+fn cupboard() -> World {
+    World::of(&[upright([0.0, 2.0, 0.55], 0.5, 0.55), upright([0.0, 2.04, 1.3], 0.5, 0.2)])
+}
+
+/// A view of the cupboard from a distance, metres.
+fn from(distance: f64) -> Pose {
+    look_at([0.0, 2.0 - distance, 1.2], [0.0, 2.0, 0.9])
+}
+
+/// A table with a book 3 cm high and a box 20 cm high on it.
+fn table() -> World {
+    World::of(&[
+        level([0.0, 2.0, 0.70], 0.8, 0.5),
+        level([-0.35, 2.0, 0.73], 0.2, 0.25),
+        level([0.35, 2.0, 0.90], 0.2, 0.25),
+    ])
+}
+
+fn map_of(world: &World, views: impl IntoIterator<Item = Pose>) -> PlaneMap {
+    let mut mapper = crate::common::mapper();
+    for (view, seed) in views.into_iter().zip(0..) {
+        mapper.insert(&world.frame(camera(), &view, seed), None, &[], &view).unwrap();
+    }
+    mapper.into_map()
+}
+
+#[test]
+fn what_a_key_frame_shows_as_two_stays_two() {
+    let near = map_of(&cupboard(), [1.2, 1.3, 3.2, 3.3, 1.4, 1.5, 3.4].map(from));
+    let mut places: Vec<f64> = near.iter().map(|plane| plane.centroid()[1]).collect();
+    places.sort_by(f64::total_cmp);
+    let is_at = |place: f64, y: f64| (place - y).abs() < 0.005;
+    assert!(matches!(places[..], [a, b] if is_at(a, 2.0) && is_at(b, 2.04)), "{places:?}");
+
+    // From so far the step is within the noise.
+    let far = map_of(&cupboard(), [3.2, 3.3, 3.4, 3.5].map(from));
+    assert_eq!(far.len(), 1);
+}
+
+#[test]
+fn without_the_key_frame_that_showed_the_step_nothing_keeps_them_apart() {
+    let mut map = map_of(&cupboard(), [1.2, 3.2].map(from));
+    map.remove(FrameId::new(0)).unwrap();
+    let far = map_of(&cupboard(), [3.2].map(from));
+    let observations = |map: &PlaneMap| map.candidates().map(MapPlane::observations).collect::<Vec<_>>();
+    assert_eq!(observations(&map), observations(&far));
+}
+
+#[test]
+fn the_upper_side_of_something_flat_is_no_support() {
+    let views = (0..4).map(|k| look_at([0.1 * f64::from(k) - 0.2, 0.9, 1.6], [0.0, 2.0, 0.7]));
+    let map = map_of(&table(), views);
+    assert_eq!(map.len(), 3);
+    let supports = |x: f64, z: f64| -> Vec<f64> {
+        let near = map.supports_near([x, 2.0, z], 0.06);
+        near.map(|plane| (100.0 * plane.centroid()[2]).round()).collect()
+    };
+    assert_eq!(supports(0.0, 0.74), [70.0], "the table beside them");
+    assert!(!supports(-0.35, 0.74).contains(&73.0), "the book");
+    assert_eq!(supports(0.35, 0.92), [90.0], "the box");
+}
