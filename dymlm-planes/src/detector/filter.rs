@@ -1,8 +1,9 @@
-use dymlm_core::{BoundingBox, Mask};
+use dymlm_core::{BoundingBox, Mask, SensorModel};
 
 use super::config::PlaneDetectorConfig;
 use super::detected_plane::DetectedPlane;
 use super::extraction::Extraction;
+use super::through_step::through_step;
 
 /// Why a detected plane was rejected.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +30,11 @@ pub enum RejectionCause {
     Step {
         /// Standard deviation of the distance by which its tilt moves its long rims, metres.
         rim_deviation: f64,
+    },
+    /// It is no surface of its own, but goes through the step between two parallel planes.
+    ThroughStep {
+        /// Distance between the two planes, metres.
+        step: f64,
     },
 }
 
@@ -58,6 +64,7 @@ const MAX_RIM_DEVIATION: f64 = 0.001;
 /// of the boxes), and nothing per pixel where the overlap has no limit.
 #[derive(Debug, Clone)]
 pub(super) struct PlaneFilter {
+    sensor: SensorModel,
     min_area: f64,
     max_mover_overlap: f64,
     /// The union of the boxes.
@@ -68,9 +75,10 @@ pub(super) struct PlaneFilter {
 }
 
 impl PlaneFilter {
-    pub(super) fn new(config: &PlaneDetectorConfig) -> Self {
+    pub(super) fn new(config: &PlaneDetectorConfig, sensor: SensorModel) -> Self {
         let PlaneDetectorConfig { min_area, max_mover_overlap, .. } = *config;
-        Self { min_area, max_mover_overlap, covered: None, in_boxes: Vec::new(), rejected: Vec::new() }
+        let (in_boxes, rejected) = (Vec::new(), Vec::new());
+        Self { sensor, min_area, max_mover_overlap, covered: None, in_boxes, rejected }
     }
 
     /// Rejects planes that do not pass, each with the first cause that applies. `movers` are the corrected
@@ -83,13 +91,12 @@ impl PlaneFilter {
     ) {
         self.count_in_boxes(extraction, movers);
         self.rejected.clear();
-        planes.retain(|plane| match self.cause_against(plane, extraction.is_strip(plane.label)) {
-            None => true,
-            Some(cause) => {
+        for plane in planes.iter() {
+            if let Some(cause) = self.cause_against(plane, planes, extraction.is_strip(plane.label)) {
                 self.rejected.push(RejectedPlane { label: plane.label, cause });
-                false
             }
-        });
+        }
+        planes.retain(|plane| self.rejected.iter().all(|rejected| rejected.label != plane.label));
     }
 
     /// The planes that the last call rejected.
@@ -116,7 +123,13 @@ impl PlaneFilter {
         }
     }
 
-    fn cause_against(&self, plane: &DetectedPlane, is_strip: bool) -> Option<RejectionCause> {
+    /// Why a plane of a frame, whose planes are `planes`, is rejected.
+    fn cause_against(
+        &self,
+        plane: &DetectedPlane,
+        planes: &[DetectedPlane],
+        is_strip: bool,
+    ) -> Option<RejectionCause> {
         let in_boxes = self.in_boxes.get(usize::from(plane.label)).copied().unwrap_or(0);
         let overlap = in_boxes as f64 / plane.support.max(1) as f64;
         if overlap > self.max_mover_overlap {
@@ -130,7 +143,10 @@ impl PlaneFilter {
             return Some(RejectionCause::Uncertain { angle_deviation });
         }
         let rim_deviation = plane.covariance.rim_deviation();
-        (is_strip && rim_deviation > MAX_RIM_DEVIATION).then_some(RejectionCause::Step { rim_deviation })
+        if is_strip && rim_deviation > MAX_RIM_DEVIATION {
+            return Some(RejectionCause::Step { rim_deviation });
+        }
+        through_step(plane, planes, &self.sensor).map(|step| RejectionCause::ThroughStep { step })
     }
 }
 

@@ -12,6 +12,7 @@ mod plane_samples;
 mod rays;
 mod reading_noise;
 mod refinement;
+mod through_step;
 mod wide_noise;
 
 pub use config::PlaneDetectorConfig;

@@ -61,7 +61,7 @@ impl PlaneDetector {
         Ok(Self {
             extractor: PlaneExtractor::new(config, *sensor),
             refiner: PlaneRefiner::new(*sensor),
-            filter: PlaneFilter::new(config),
+            filter: PlaneFilter::new(config, *sensor),
         })
     }
 

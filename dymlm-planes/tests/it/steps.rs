@@ -1,9 +1,9 @@
 //! Steps between parallel surfaces: what a key frame shows as two stays two, though the map would take it for
-//! one; the upper side of something flat is no support.
+//! one; the upper side of something flat is no support; no plane goes through a step.
 
-use crate::common::{World, camera, level, look_at, upright};
-use dymlm_core::{FrameId, Pose};
-use dymlm_planes::{MapPlane, PlaneMap};
+use crate::common::{Rectangle, World, camera, detector, level, look_at, upright};
+use dymlm_core::{FrameId, PinholeCamera, Pose};
+use dymlm_planes::{MapPlane, PlaneMap, RejectionCause};
 
 /// A cupboard's front with an oven above it, which stands 4 cm farther back, seen from a distance.
 fn cupboard() -> World {
@@ -66,4 +66,38 @@ fn the_upper_side_of_something_flat_is_no_support() {
     assert_eq!(supports(0.0, 0.74), [70.0], "the table beside them");
     assert!(!supports(-0.35, 0.74).contains(&73.0), "the book");
     assert_eq!(supports(0.35, 0.92), [90.0], "the box");
+}
+
+/// Slanted planes (normals along none of the axes) of twelve views from a distance, metres, that enter the map,
+/// and planes that are rejected because they go through a step.
+fn slanted_and_rejected(world: &World, distance: f64) -> (usize, usize) {
+    let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let (mut detector, mut slanted, mut rejected) = (detector(), 0, 0);
+    for k in 0..12 {
+        let s = f64::from(k) / 12.0;
+        let view = look_at([1.5 + 0.2 * s, 3.4 - distance, 1.45], [0.6 - 0.4 * s, 3.4, 1.4]);
+        let planes = detector.detect(&world.frame(camera, &view, k as u64), None, &[]).unwrap();
+        let is_slanted = |normal: [f64; 3]| normal.iter().all(|c| c.abs() < 0.985);
+        slanted += planes.iter().filter(|plane| is_slanted(view.rotate(plane.plane.normal()))).count();
+        let through = |cause: &RejectionCause| matches!(cause, RejectionCause::ThroughStep { .. });
+        rejected += detector.rejected().iter().filter(|rejected| through(&rejected.cause)).count();
+    }
+    (slanted, rejected)
+}
+
+#[test]
+fn no_plane_goes_through_a_step_that_the_noise_hides() {
+    let wall = upright([0.0, 3.4, 1.2], 2.5, 1.3);
+    let board = upright([0.0, 3.34, 1.02], 0.5, 1.02);
+    let (slanted, rejected) = slanted_and_rejected(&World::of(&[wall, board]), 3.6);
+    assert_eq!(slanted, 0);
+    assert!(rejected >= 3, "{rejected}: the noise makes such planes");
+}
+
+#[test]
+fn a_slanted_surface_between_two_parallel_ones_is_a_plane() {
+    let slope = Rectangle { center: [0.0, 3.36, 1.2], half_sides: [[0.18, -0.04, 0.0], [0.0, 0.0, 1.2]] };
+    let sides = [upright([-1.18, 3.4, 1.2], 1.0, 1.2), upright([1.18, 3.32, 1.2], 1.0, 1.2)];
+    let (slanted, rejected) = slanted_and_rejected(&World::of(&[slope, sides[0], sides[1]]), 2.0);
+    assert!(slanted >= 12 && rejected == 0, "{slanted} seen, {rejected} rejected");
 }
