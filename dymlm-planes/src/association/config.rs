@@ -24,7 +24,7 @@ pub struct AssociationConfig {
     /// The paper's `beta_Th`: the angle between the normals must be smaller, degrees, 0.1..=90. Default 10.
     pub max_angle_deg: f64,
     /// The paper's `d_Th`: the root mean square distance of the detected patch from the map plane must be
-    /// smaller, metres, 0..=10. Default 0.05.
+    /// smaller, metres, 0..=10. Default 0.05. Nearer planes stay two if a key frame shows the step between them.
     pub max_distance: f64,
     /// Largest gap between patches that adjoin, metres, 0..=10. Default 0.04: less than between two screens
     /// or two cabinets side by side.
