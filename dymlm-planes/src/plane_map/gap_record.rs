@@ -92,3 +92,34 @@ pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(Birth) -> Bir
     resolved.dedup_by_key(|(pair, _)| *pair);
     resolved
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_counts_until_the_last_key_frame_that_showed_it_is_gone() {
+        let [a, b, c] = [1, 2, 3].map(Birth::new);
+        let [step, occluded] = [GapLook::Step, GapLook::Occluded].map(|look| vec![([a, b], look)]);
+        let mut record = GapRecord::default();
+        record.add(&step);
+        record.add(&step);
+        record.add(&occluded);
+        record.subtract(&step);
+        assert!(record.is_step([a, b]) && !record.is_step([a, c]));
+        record.subtract(&step);
+        assert!(!record.is_step([a, b]) && record.is_occluded([a, b], 1));
+        record.subtract(&occluded);
+        assert_eq!(record.memory_bytes(), 0);
+    }
+
+    #[test]
+    fn of_pairs_that_have_become_one_a_step_counts_first() {
+        let [a, b, c] = [1, 2, 3].map(Birth::new);
+        let looks =
+            vec![([a, b], GapLook::Occluded), ([a, c], GapLook::Step), ([b, c], GapLook::LookedThrough)];
+        // The third has become the second.
+        let resolved = resolve_looks(&looks, |birth| if birth == c { b } else { birth });
+        assert_eq!(resolved, [([a, b], GapLook::Step)]);
+    }
+}

@@ -91,13 +91,13 @@ impl Share {
 }
 
 impl KeyFrame {
-    /// The key frame of what was detected, and its [`Self::places`]. Planes beyond [`MOST_LABELS`] are
-    /// dropped; no frame has that many.
+    /// The key frame of what was detected, and its label image, as it is before it is coded. Planes beyond
+    /// [`MOST_LABELS`] are dropped; no frame has that many.
     pub(super) fn new(
         detected: &[DetectedPlane],
         timestamp: f64,
         world_from_camera: &Pose,
-    ) -> (Self, Places) {
+    ) -> (Self, Vec<u16>) {
         let lattice = detected.first().map_or(RayLattice::default(), |plane| plane.samples.lattice);
         let last = detected.iter().filter_map(|plane| plane.samples.places.last()).max();
         let sites = last.map_or(0, |last| last + 1);
@@ -128,7 +128,7 @@ impl KeyFrame {
             merges: Vec::new(),
             gap_looks: GapLooks::new(),
         };
-        (key_frame, Places::of_labels(&labels))
+        (key_frame, labels)
     }
 
     /// Whether its numbers are plausible; a damaged file may hold others.
@@ -140,12 +140,17 @@ impl KeyFrame {
             && self.shares.iter().all(|share| usize::from(share.label) <= MOST_LABELS)
     }
 
-    /// Pairs of shares, by index, that it shows as two surfaces with a step between them.
-    pub(super) fn steps(&self, criterion: &Criterion, sensor: &SensorModel) -> Vec<[usize; 2]> {
+    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them.
+    pub(super) fn steps(
+        &self,
+        labels: &[u16],
+        criterion: &Criterion,
+        sensor: &SensorModel,
+    ) -> Vec<[usize; 2]> {
         let plane = |share: &Share| Some((share.label, share.moments().fit()?.plane()?));
         let planes = self.shares.iter().filter_map(plane).collect();
         let share_of = |label: u16| self.shares.iter().position(|share| share.label == label);
-        let steps = steps(&self.decoded(), self.lattice, &planes, criterion, sensor);
+        let steps = steps(labels, self.lattice, &planes, criterion, sensor);
         steps.into_iter().filter_map(|[a, b]| Some([share_of(a)?, share_of(b)?])).collect()
     }
 
@@ -281,7 +286,7 @@ impl KeyFrame {
 pub(super) struct Places(Vec<Vec<u32>>);
 
 impl Places {
-    fn of_labels(labels: &[u16]) -> Self {
+    pub(super) fn of_labels(labels: &[u16]) -> Self {
         let most = labels.iter().copied().max().unwrap_or(0);
         let mut places = vec![Vec::new(); usize::from(most) + 1];
         for (&label, site) in labels.iter().zip(0..).filter(|(label, _)| **label > 0) {

@@ -120,11 +120,11 @@ impl PlaneMap {
         frame: &Frame,
         world_from_camera: &Pose,
     ) -> Result<PlaneReport, Error> {
-        let (key_frame, places) = KeyFrame::new(detected, frame.timestamp(), world_from_camera);
-        let placed = self.bring_to_world(&key_frame, &places)?;
+        let (key_frame, labels) = KeyFrame::new(detected, frame.timestamp(), world_from_camera);
+        let placed = self.bring_to_world(&key_frame, &Places::of_labels(&labels))?;
         let seen = placed.iter().map(|share| share.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
-        let steps = key_frame.steps(&self.criterion, &self.sensor);
+        let steps = key_frame.steps(&labels, &self.criterion, &self.sensor);
         let pairings = self.associate(&placed, &steps);
         let mut insertion = self.fuse(placed, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);

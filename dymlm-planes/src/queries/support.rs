@@ -12,12 +12,15 @@ impl PlaneMap {
         let least = self.config().lasting_observations();
         let around = [-reach, reach].map(|side| point.map(|c| c + side));
         let around = VoxelBox::around(around, self.config().voxel_size).grown(1);
-        self.confirmed_near(around).filter(move |plane| {
+        let near: Vec<&MapPlane> = self.confirmed_near(around).collect();
+        (0..near.len()).filter_map(move |index| {
+            let plane = near[index];
             let own = plane.plane();
-            plane.observations() >= least
+            let is_support = plane.observations() >= least
                 && own.signed_distance(point).abs() <= reach
                 && plane.holds(foot_on(&own, point))
-                && !self.confirmed_near(around).any(|other| self.lies_flat_on(plane, other))
+                && !near.iter().any(|other| self.lies_flat_on(plane, other));
+            is_support.then_some(plane)
         })
     }
 }

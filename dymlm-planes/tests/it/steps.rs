@@ -46,7 +46,7 @@ fn what_a_key_frame_shows_as_two_stays_two() {
 }
 
 #[test]
-fn without_the_key_frame_that_showed_the_step_nothing_keeps_them_apart() {
+fn a_key_frame_that_showed_a_step_is_removed_without_a_trace() {
     let mut map = map_of(&cupboard(), [1.2, 3.2].map(from));
     map.remove(FrameId::new(0)).unwrap();
     let far = map_of(&cupboard(), [3.2].map(from));
