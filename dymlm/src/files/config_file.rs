@@ -1,3 +1,4 @@
+use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 use crate::MapConfig;
@@ -48,26 +49,40 @@ impl MapConfig {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn from_toml(text: &str) -> Result<Self, ConfigFileError> {
-        let mut file: Table = toml::from_str(text)?;
-        let preset = match file.remove("preset") {
-            // Parsed from the text, so that errors name the file's lines.
-            None => return Ok(toml::from_str(text)?),
-            Some(Value::String(name)) => match name.as_str() {
-                "default" => Self::default(),
-                "offline" => Self::offline(),
-                "robot" => Self::robot(),
-                _ => return Err(ConfigFileError::Preset(name)),
-            },
-            Some(other) => return Err(ConfigFileError::Preset(other.to_string())),
+        let (preset, settings) = without_preset(text)?;
+        // By itself first, so that errors name the file's lines.
+        let config: Self = toml::from_str(&settings)?;
+        let preset = match preset.as_deref() {
+            None => return Ok(config),
+            Some("default") => Self::default(),
+            Some("offline") => Self::offline(),
+            Some("robot") => Self::robot(),
+            Some(other) => return Err(ConfigFileError::Preset(other.to_owned())),
         };
-        let mut table = Table::try_from(preset)?;
+        let file: Table = toml::from_str(&settings)?;
+        let mut table: Table = toml::from_str(&toml::to_string(&preset)?)?;
         // A sensor's preset replaces the whole sensor, not only the fields that the file leaves out.
         if file.get("sensor").is_some_and(|sensor| sensor.get("preset").is_some()) {
             table.remove("sensor");
         }
         overlay(&mut table, file);
-        Ok(table.try_into()?)
+        Ok(toml::from_str(&toml::to_string(&table)?)?)
     }
+}
+
+/// The preset that a file names at its top, and the file with spaces in its place: all else keeps its line.
+fn without_preset(text: &str) -> Result<(Option<String>, String), ConfigFileError> {
+    let file = DeTable::parse(text)?;
+    let Some((key, value)) = file.get_ref().get_key_value("preset") else {
+        return Ok((None, text.to_owned()));
+    };
+    let DeValue::String(preset) = value.get_ref() else {
+        return Err(ConfigFileError::Preset(text.get(value.span()).unwrap_or_default().to_owned()));
+    };
+    let place = key.span().start..value.span().end;
+    let mut rest = text.to_owned();
+    rest.replace_range(place.clone(), &" ".repeat(place.len()));
+    Ok((Some(preset.to_string()), rest))
 }
 
 /// Puts the values of `over` into `base`, table by table.

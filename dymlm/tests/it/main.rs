@@ -4,6 +4,7 @@
 
 mod appearing_wall;
 mod common;
+mod config_files;
 mod corrected_poses;
 mod floor_grids;
 mod landmarks;
