@@ -27,6 +27,13 @@ struct Scenario {
     full: Vec<View>,
 }
 
+/// Voxels as fine as the small images deserve: a pixel is 3 cm wide at the wall.
+fn builder() -> MapBuilder {
+    let mut config = MapConfig::default();
+    config.cloud.voxel_size = 0.02;
+    MapBuilder::new(config).unwrap()
+}
+
 impl Scenario {
     fn new() -> Self {
         let camera = PinholeCamera::new(80, 60, 65.625, 65.625, 39.5, 29.5).unwrap();
@@ -117,7 +124,7 @@ fn held(map: &MultiLevelMap) -> Held {
 /// The maps after `before` seconds of one state and ten of the other.
 fn after_change(appears: bool, before: f64, rate: f64) -> Held {
     let scenario = Scenario::new();
-    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let mut builder = builder();
     scenario.record(&mut builder, !appears, [0.0, before], rate);
     let earlier = held(builder.map());
     scenario.record(&mut builder, appears, [before, before + 10.0], rate);
@@ -139,11 +146,11 @@ fn assert_gone(held: &Held) {
 #[test]
 fn a_wall_that_stands_there_from_the_first_frame_is_in_all_maps() {
     let scenario = Scenario::new();
-    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let mut builder = builder();
     scenario.record(&mut builder, true, [0.0, 6.0], 4.0);
     assert_there(&held(builder.map()));
 
-    let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
+    let mut builder = builder();
     scenario.record(&mut builder, false, [0.0, 6.0], 4.0);
     assert_gone(&held(builder.map()));
 }

@@ -103,7 +103,8 @@ fn refined(seed: u64, with_objects: bool) -> ([f64; 2], RefinedPoses) {
     let (world, camera, truth) = (corridor(), small_camera(), there_and_back());
     let (poses, mut random) = (drifted(&truth, seed), SplitMix64::new(seed + 100));
     let mut config = MapConfig::default();
-    config.cloud.voxel_size = 0.03;
+    // Poses are refined by planes and objects, whatever the cloud and the octree are like.
+    (config.cloud.voxel_size, config.octree.resolution) = (0.06, 0.1);
     config.history = HistoryConfig::Memory;
     let mut builder = MapBuilder::new(config).unwrap();
     for (index, (exact, pose)) in truth.iter().zip(&poses).enumerate() {

@@ -14,7 +14,7 @@ fn frames() -> Vec<SimulatedFrame> {
 
 fn builder(budget: Option<usize>) -> MapBuilder {
     let mut config = MapConfig::offline();
-    config.cloud.voxel_size = 0.03;
+    config.cloud.voxel_size = 0.05;
     config.history = HistoryConfig::Memory;
     config.memory.budget = budget;
     MapBuilder::new(config).unwrap()

@@ -16,7 +16,8 @@ fn drifting(seed: u64, frames: usize) -> Sequence {
 
 fn config() -> MapConfig {
     let mut config = MapConfig::default();
-    config.cloud.voxel_size = 0.03;
+    // Poses are refined by planes and objects, whatever the cloud and the octree are like.
+    (config.cloud.voxel_size, config.octree.resolution) = (0.06, 0.1);
     config.history = HistoryConfig::Memory;
     config
 }
