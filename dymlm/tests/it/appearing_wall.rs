@@ -28,7 +28,7 @@ struct Scenario {
 }
 
 /// Voxels as fine as the small images deserve: a pixel is 3 cm wide at the wall.
-fn builder() -> MapBuilder {
+fn new_builder() -> MapBuilder {
     let mut config = MapConfig::default();
     config.cloud.voxel_size = 0.02;
     MapBuilder::new(config).unwrap()
@@ -124,7 +124,7 @@ fn held(map: &MultiLevelMap) -> Held {
 /// The maps after `before` seconds of one state and ten of the other.
 fn after_change(appears: bool, before: f64, rate: f64) -> Held {
     let scenario = Scenario::new();
-    let mut builder = builder();
+    let mut builder = new_builder();
     scenario.record(&mut builder, !appears, [0.0, before], rate);
     let earlier = held(builder.map());
     scenario.record(&mut builder, appears, [before, before + 10.0], rate);
@@ -146,11 +146,11 @@ fn assert_gone(held: &Held) {
 #[test]
 fn a_wall_that_stands_there_from_the_first_frame_is_in_all_maps() {
     let scenario = Scenario::new();
-    let mut builder = builder();
+    let mut builder = new_builder();
     scenario.record(&mut builder, true, [0.0, 6.0], 4.0);
     assert_there(&held(builder.map()));
 
-    let mut builder = builder();
+    let mut builder = new_builder();
     scenario.record(&mut builder, false, [0.0, 6.0], 4.0);
     assert_gone(&held(builder.map()));
 }
