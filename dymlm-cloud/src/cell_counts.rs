@@ -1,9 +1,10 @@
 use std::sync::Arc;
 
-use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, union, without};
+use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::finding::{Counts, FINDINGS, Finding};
 use crate::packed_counts::PackedCounts;
-use crate::paging::{record, record_of_cases};
+use crate::paging::record_of_cases;
+use crate::plain_counts::PlainCounts;
 use crate::support::Support;
 
 /// For each cell of a block, the number of frames by what they found there. Either all cells have counts, or
@@ -15,21 +16,11 @@ use crate::support::Support;
 pub(crate) enum CellCounts {
     #[default]
     None,
-    Narrow(Box<Cells<u8>>),
-    Wide(Box<Cells<u32>>),
+    Narrow(Box<PlainCounts<u8>>),
+    Wide(Box<PlainCounts<u32>>),
     Packed(Arc<PackedCounts>),
 }
 
-#[derive(Debug, Clone)]
-pub(crate) struct Cells<N> {
-    /// By finding, then by cell.
-    counts: [[N; BLOCK_CELLS]; FINDINGS],
-    /// The cells in which a surface or a mover was read.
-    read: CellBits,
-}
-
-record!(Cells<u8> { counts, read });
-record!(Cells<u32> { counts, read });
 record_of_cases!(CellCounts { 0 => None, 1 => Narrow(cells), 2 => Wide(cells), 3 => Packed(cells) });
 
 impl CellCounts {
@@ -51,8 +42,8 @@ impl CellCounts {
     pub(crate) fn read(&self) -> CellBits {
         match self {
             Self::None => CellBits::default(),
-            Self::Narrow(cells) => cells.read,
-            Self::Wide(cells) => cells.read,
+            Self::Narrow(cells) => *cells.read(),
+            Self::Wide(cells) => *cells.read(),
             Self::Packed(cells) => cells.read(),
         }
     }
@@ -73,9 +64,12 @@ impl CellCounts {
 
     /// Packs the counts into less memory, until one changes.
     pub(crate) fn pack(&mut self) {
-        if matches!(self, Self::Narrow(_) | Self::Wide(_)) {
-            *self = Self::Packed(Arc::new(PackedCounts::new(&self.all())));
-        }
+        let packed = match self {
+            Self::None | Self::Packed(_) => return,
+            Self::Narrow(cells) => PackedCounts::new(cells),
+            Self::Wide(cells) => PackedCounts::new(cells),
+        };
+        *self = Self::Packed(Arc::new(packed));
     }
 
     /// Gives all cells counts that can be changed.
@@ -88,26 +82,23 @@ impl CellCounts {
     }
 
     fn unpack(&mut self) {
-        let packed = std::mem::take(self);
-        self.set(0, packed.get(0));
-        for (index, counts) in packed.all().into_iter().enumerate().skip(1) {
+        let (packed, mut unpacked) = (self.plain(), Self::Narrow(Box::default()));
+        for index in 0..BLOCK_CELLS {
+            let counts = packed.get(index);
             if counts != [0; FINDINGS] {
-                self.set(index, counts);
+                unpacked.set(index, counts);
             }
         }
+        *self = unpacked;
     }
 
     /// The counts of all cells.
-    pub(crate) fn all(&self) -> [Counts; BLOCK_CELLS] {
+    pub(crate) fn plain(&self) -> PlainCounts<u32> {
         match self {
-            Self::None => [[0; FINDINGS]; BLOCK_CELLS],
-            Self::Narrow(cells) => std::array::from_fn(|index| cells.get(index)),
-            Self::Wide(cells) => std::array::from_fn(|index| cells.get(index)),
-            Self::Packed(packed) => {
-                let mut counts = [[0; FINDINGS]; BLOCK_CELLS];
-                packed.for_each(&[u64::MAX; BLOCK_CELLS / 64], |index, cell| counts[index] = cell);
-                counts
-            }
+            Self::None => PlainCounts::default(),
+            Self::Narrow(cells) => cells.widened(),
+            Self::Wide(cells) => (**cells).clone(),
+            Self::Packed(packed) => packed.plain(),
         }
     }
 
@@ -118,8 +109,7 @@ impl CellCounts {
         if let Self::Narrow(cells) = self
             && counts.iter().any(|&count| count > u8::MAX.into())
         {
-            let counts = cells.counts.map(|finding| finding.map(u32::from));
-            *self = Self::Wide(Box::new(Cells { counts, read: cells.read }));
+            *self = Self::Wide(Box::new(cells.widened()));
         }
         match self {
             Self::None | Self::Packed(_) => {}
@@ -156,10 +146,8 @@ impl CellCounts {
         if other.is_empty() {
             return;
         }
-        let mut sums = self.all();
-        for (sum, counts) in sums.iter_mut().zip(other.all()) {
-            *sum = std::array::from_fn(|finding| sum[finding].wrapping_add(counts[finding]));
-        }
+        let mut sums = self.plain();
+        sums.add_all(&other.plain());
         *self = Self::Packed(Arc::new(PackedCounts::new(&sums)));
     }
 
@@ -181,72 +169,11 @@ impl CellCounts {
     pub(crate) fn memory_bytes(&self) -> usize {
         match self {
             Self::None => 0,
-            Self::Narrow(_) => size_of::<Cells<u8>>(),
-            Self::Wide(_) => size_of::<Cells<u32>>(),
+            Self::Narrow(_) => size_of::<PlainCounts<u8>>(),
+            Self::Wide(_) => size_of::<PlainCounts<u32>>(),
             Self::Packed(cells) => 2 * size_of::<usize>() + size_of::<PackedCounts>() + cells.memory_bytes(),
         }
     }
-}
-
-impl<N: Copy + Default + Into<u32>> Cells<N> {
-    #[inline]
-    fn get(&self, index: usize) -> Counts {
-        self.counts.each_ref().map(|counts| counts[index].into())
-    }
-
-    #[inline]
-    fn set(&mut self, index: usize, counts: [N; FINDINGS]) {
-        for (place, count) in self.counts.iter_mut().zip(counts) {
-            place[index] = count;
-        }
-        let [surface, _, mover] = counts.map(Into::into);
-        self.read[index / 64] &= !(1 << (index % 64));
-        self.read[index / 64] |= u64::from(surface | mover != 0) << (index % 64);
-    }
-}
-
-impl<N: Copy + Default> Default for Cells<N> {
-    fn default() -> Self {
-        Self { counts: [[N::default(); BLOCK_CELLS]; FINDINGS], read: CellBits::default() }
-    }
-}
-
-impl Cells<u8> {
-    /// Adds 1 to a count of some cells, a row of eight at a time. Returns the cells that are left: those of
-    /// rows in which a count would not fit.
-    fn add_one(&mut self, cells: &CellBits, finding: Finding) -> CellBits {
-        let mut left = CellBits::default();
-        let (rows, _) = self.counts[finding as usize].as_chunks_mut::<8>();
-        for (index, row) in rows.iter_mut().enumerate() {
-            let (word, shift) = (index / 8, 8 * (index % 8));
-            let chosen = cells[word] >> shift & 0xFF;
-            let (counts, ones) = (u64::from_le_bytes(*row), bytes_of_bits(chosen));
-            if is_any_full(counts, ones) {
-                left[word] |= chosen << shift;
-            } else {
-                *row = (counts + ones).to_le_bytes();
-            }
-        }
-        if finding != Finding::LookedThrough {
-            self.read = union(self.read, without(*cells, left));
-        }
-        left
-    }
-}
-
-/// Eight bytes, each with the value of one of the lowest eight bits.
-#[inline]
-fn bytes_of_bits(bits: u64) -> u64 {
-    // Each byte gets its own bit of a copy of all eight, which then moves to the byte's lowest place.
-    let apart = (bits * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
-    (apart + 0x7F7F_7F7F_7F7F_7F7F) >> 7 & 0x0101_0101_0101_0101
-}
-
-/// Whether any of eight bytes is 255 where the byte in `ones` is 1.
-#[inline]
-fn is_any_full(bytes: u64, ones: u64) -> bool {
-    let has_low_carry = (bytes & 0x7F7F_7F7F_7F7F_7F7F) + ones;
-    has_low_carry & bytes & 0x8080_8080_8080_8080 != 0
 }
 
 impl PartialEq for CellCounts {
@@ -288,9 +215,6 @@ mod tests {
         assert!(counts.is_shared_with(&clone));
         clone.add(3, Finding::LookedThrough, 1);
         assert!(!counts.is_shared_with(&clone));
-        assert_eq!(
-            [counts.all()[3], clone.all()[3]].map(|cell| cell[Finding::LookedThrough as usize]),
-            [5, 6]
-        );
+        assert_eq!([counts.get(3), clone.get(3)].map(|cell| cell[Finding::LookedThrough as usize]), [5, 6]);
     }
 }

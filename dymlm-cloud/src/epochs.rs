@@ -127,13 +127,18 @@ impl Epochs {
         self.periods.iter().rev().map(move |period| (period, period.at(index)))
     }
 
-    /// What the counts say of these cells, by index; nothing of the others.
-    pub(crate) fn opinions(&self, cells: &CellBits, looks_per_reading: f32) -> [Opinion; BLOCK_CELLS] {
+    /// Calls `visit` with what the counts say of each of these cells.
+    pub(crate) fn for_each_opinion(
+        &self,
+        cells: &CellBits,
+        looks_per_reading: f32,
+        mut visit: impl FnMut(usize, Opinion),
+    ) {
         let mut folds = [OpinionFold::NEW; BLOCK_CELLS];
         for period in self.periods.iter().rev() {
             period.for_each(cells, |index, counts| folds[index].add(counts, looks_per_reading));
         }
-        folds.map(OpinionFold::opinion)
+        for_each_bit(*cells, |index| visit(index, folds[index].opinion()));
     }
 
     /// The counts of a cell before an epoch, newest period first; all its counts when there are none before.

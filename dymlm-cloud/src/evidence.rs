@@ -423,9 +423,14 @@ impl EvidenceBlock {
         Opinion::of(self.epochs.of_cell(index).map(|(_, counts)| counts), looks_per_reading)
     }
 
-    /// What the counts say of these cells, by index; nothing of the others.
-    pub(crate) fn opinions(&self, cells: &CellBits, looks_per_reading: f32) -> [Opinion; BLOCK_CELLS] {
-        self.epochs.opinions(cells, looks_per_reading)
+    /// Calls `visit` with what the counts say of each of these cells, by index.
+    pub(crate) fn for_each_opinion(
+        &self,
+        cells: &CellBits,
+        looks_per_reading: f32,
+        visit: impl FnMut(usize, Opinion),
+    ) {
+        self.epochs.for_each_opinion(cells, looks_per_reading, visit);
     }
 
     /// The counts of the cell with this index, of all frames together.

@@ -31,6 +31,7 @@ mod paging;
 mod parallel;
 mod place_history;
 mod places;
+mod plain_counts;
 mod queries;
 mod rounding;
 #[cfg(feature = "state")]

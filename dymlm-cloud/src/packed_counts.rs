@@ -1,12 +1,13 @@
+use dymlm_core::BitWriter;
+
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit, has, put};
 use crate::finding::{Counts, FINDINGS, Finding};
 use crate::paging::record;
 use crate::places::Places;
+use crate::plain_counts::{Partition, PlainCounts};
 
-/// The counts of a block's cells in little memory, for reading only.
-///
-/// In a period most cells are looked through by every frame or by none: these take two bits. The other cells,
-/// at surfaces and at the rim of what is in view, keep their numbers.
+/// The counts of a block's cells in little memory, for reading only: cells that are [alike](Partition) take two
+/// bits, the others keep their numbers.
 #[derive(Debug, Clone)]
 pub(crate) struct PackedCounts {
     /// Greatest number of looks through a cell in which nothing was read, and the cells that have this
@@ -22,39 +23,23 @@ pub(crate) struct PackedCounts {
 record!(PackedCounts { most, looked_through, others, widths, numbers });
 
 impl PackedCounts {
-    pub(crate) fn new(counts: &[Counts; BLOCK_CELLS]) -> Self {
-        let cells = || counts.iter().copied().enumerate();
-        let free =
-            |[surface, looked_through, mover]: Counts| (surface | mover == 0).then_some(looked_through);
-        let most = cells().filter_map(|(_, counts)| free(counts)).max().unwrap_or(0);
-        let (mut looked_through, mut others) = (CellBits::default(), CellBits::default());
+    pub(crate) fn new<N: Copy + Ord + Default + Into<u32>>(counts: &PlainCounts<N>) -> Self {
+        let Partition { most, looked_through, others } = counts.partition();
         let mut all = [0; FINDINGS];
-        for (index, counts) in cells() {
-            match free(counts) {
-                Some(0) => {}
-                Some(looks) if looks == most => put(&mut looked_through, index),
-                _ => {
-                    put(&mut others, index);
-                    all = std::array::from_fn(|finding| all[finding] | counts[finding]);
-                }
-            }
-        }
+        for_each_bit(others, |index| {
+            let counts = counts.get(index);
+            all = std::array::from_fn(|finding| all[finding] | counts[finding]);
+        });
         let widths = all.map(|all: u32| (u32::BITS - all.leading_zeros()) as u8);
-        let (others, bits) =
-            (Places::new(others), widths.iter().map(|&width| usize::from(width)).sum::<usize>());
-        let mut numbers = vec![0_u64; (others.len() * bits).div_ceil(64)];
-        let mut at = 0;
-        for (_, counts) in cells().filter(|(index, _)| others.has(*index)) {
-            for (count, width) in counts.into_iter().zip(widths) {
-                let (word, shift) = (at / 64, at % 64);
-                at += usize::from(width);
-                // A number may go on in the next word.
-                let spread = u128::from(count) << shift;
-                let parts = [spread as u64, (spread >> 64) as u64];
-                numbers.iter_mut().skip(word).zip(parts).for_each(|(word, part)| *word |= part);
+        let others = Places::new(others);
+        let bits = others.len() * widths.iter().map(|&width| usize::from(width)).sum::<usize>();
+        let mut numbers = BitWriter::with_capacity(bits.div_ceil(8));
+        for_each_bit(*others.cells(), |index| {
+            for (count, width) in counts.get(index).into_iter().zip(widths) {
+                numbers.put(count, width.into());
             }
-        }
-        Self { most, looked_through, others, widths, numbers: numbers.into() }
+        });
+        Self { most, looked_through, others, widths, numbers: numbers.into_words().into() }
     }
 
     #[inline]
@@ -68,9 +53,20 @@ impl PackedCounts {
         counts
     }
 
+    /// The counts of all cells.
+    pub(crate) fn plain(&self) -> PlainCounts<u32> {
+        let mut counts = PlainCounts::default();
+        self.for_each(&[u64::MAX; BLOCK_CELLS / 64], |index, cell| counts.set(index, cell));
+        counts
+    }
+
     /// The cells in which a surface or a mover was read.
     pub(crate) fn read(&self) -> CellBits {
         let mut read = CellBits::default();
+        let [surface, _, mover] = self.widths;
+        if surface | mover == 0 {
+            return read;
+        }
         self.others.for_each(self.others.cells(), |index, rank| {
             let [surface, _, mover] = self.numbers_of(rank);
             if surface | mover != 0 {
@@ -131,7 +127,9 @@ mod tests {
                         movers * index as u32 % 3,
                     ],
                 };
-                let packed = PackedCounts::new(&std::array::from_fn(counts));
+                let mut plain = PlainCounts::<u32>::default();
+                (0..BLOCK_CELLS).for_each(|index| plain.set(index, counts(index)));
+                let packed = PackedCounts::new(&plain);
                 for index in 0..BLOCK_CELLS {
                     assert_eq!(packed.get(index), counts(index), "{largest}, cell {index}");
                     let [surface, _, mover] = counts(index);

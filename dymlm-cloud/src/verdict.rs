@@ -1,6 +1,4 @@
-use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, for_each_bit, has, put, without,
-};
+use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, put, without};
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
 use crate::paging::{Paged, record};
@@ -265,9 +263,7 @@ impl BlockVerdict {
         let mut verdict = Self::default();
         let read = block.cells_read();
         // Cells that were only looked through need no opinion.
-        let opinions = block.opinions(&read, looks_per_reading);
-        for_each_bit(read, |index| {
-            let opinion = opinions[index];
+        block.for_each_opinion(&read, looks_per_reading, |index, opinion| {
             if opinion.is_read {
                 verdict.votes[index] = (opinion.presence * VOTE_UNIT).round() as i8;
             }

@@ -44,6 +44,13 @@ impl BitWriter {
         }
     }
 
+    /// The bits as words, the first one lowest; 0 where none fill the last word up.
+    pub fn into_words(self) -> Vec<u64> {
+        let (words, _) = self.bytes.as_chunks();
+        let rest = (self.count > 0).then_some(self.rest);
+        words.iter().map(|&word| u64::from_le_bytes(word)).chain(rest).collect()
+    }
+
     /// Appends the number of bytes that the bits take, then the bits.
     pub fn finish(mut self, out: &mut Vec<u8>) {
         let rest = self.rest.to_le_bytes();
@@ -134,6 +141,21 @@ mod tests {
         assert!(numbers.iter().all(|&(number, bits)| reader.next(bits) == Some(number)));
         assert!(rest.is_empty() && reader.is_done());
         assert_eq!(reader.next(32), None);
+    }
+
+    #[test]
+    fn words_begin_with_the_lowest_bits_and_end_with_zeros() {
+        let words = |numbers: &[(u64, u32)]| {
+            let mut writer = BitWriter::default();
+            for &(number, bits) in numbers {
+                writer.put_long(number, bits);
+            }
+            writer.into_words()
+        };
+        assert_eq!(words(&[]), [0; 0]);
+        assert_eq!(words(&[(5, 3), (1, 1)]), [0b1101]);
+        assert_eq!(words(&[(7, 60), (0xAB, 8)]), [0xB << 60 | 7, 0xA]);
+        assert_eq!(words(&[(1, 64), (0, 0)]), [1]);
     }
 
     #[test]

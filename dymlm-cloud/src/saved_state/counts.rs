@@ -2,9 +2,10 @@ use dymlm_core::{BitReader, BitWriter};
 
 use super::cells::{next_cells, put_cells};
 use super::number_code::NumberCode;
-use crate::block_store::{CellBits, for_each_bit, put};
+use crate::block_store::for_each_bit;
 use crate::cell_counts::CellCounts;
 use crate::finding::{Counts, FINDINGS};
+use crate::plain_counts::Partition;
 
 /// More frames than a cell can have counted in a period of three hours. Damaged counts are refused by this
 /// limit, before their sums overflow.
@@ -17,23 +18,13 @@ pub(super) fn put_counts(counts: &CellCounts, bits: &mut BitWriter) {
     if counts.is_empty() {
         return;
     }
-    let cells = counts.all();
-    // Greatest number of looks through a cell in which nothing was read, and the cells that have this number.
-    let looks = cells.iter().filter(|[surface, _, mover]| surface | mover == 0);
-    let most = looks.map(|[_, looks, _]| *looks).max().unwrap_or(0);
-    let (mut looked_through, mut others) = (CellBits::default(), CellBits::default());
-    for (index, &counts) in cells.iter().enumerate() {
-        if counts == [0, most, 0] {
-            put(&mut looked_through, index);
-        } else if counts != [0; FINDINGS] {
-            put(&mut others, index);
-        }
-    }
+    let cells = counts.plain();
+    let Partition { most, looked_through, others } = cells.partition();
     bits.put(most, u32::BITS);
     put_cells(&looked_through, bits);
     put_cells(&others, bits);
     let mut code = CountsCode::default();
-    for_each_bit(others, |index| code.put(cells[index], bits));
+    for_each_bit(others, |index| code.put(cells.get(index), bits));
 }
 
 /// The next counts; `None` for counts that no map can hold, or when there are no more bits.
