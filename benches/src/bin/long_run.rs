@@ -1,8 +1,8 @@
 //! A day of mapping: a floor of rooms with people, walked through again and again at 1 Hz with small images.
 //! Each hour the maps are saved and loaded, and a new session continues them; every two minutes the poses of
-//! the last key frames are corrected; every second hour things have been moved. Prints the cost of each hour (in
-//! processor time, so that other work on the machine matters little) and the size of the maps, which should all stay
-//! flat.
+//! the last key frames are corrected; every second hour things have been moved. Prints the cost of each hour and
+//! the size of the maps, which should all stay flat. Costs are processor time, which other work on the machine makes
+//! longer by a tenth and more where two cores are two threads of one.
 //!
 //! `cargo run --release -p dymlm-benches --bin long_run -- [HOURS] [ROOMS] [SEED]`
 
