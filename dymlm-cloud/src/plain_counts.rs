@@ -62,12 +62,10 @@ impl<N: Copy + Ord + Default + Into<u32>> PlainCounts<N> {
         let most = words.iter().zip(&self.read).fold(N::default(), greatest);
         let (mut looked_through, mut others) = (CellBits::default(), self.read);
         for (word, looks) in words.iter().enumerate() {
-            let (any, all) = (
-                cells_where(looks, |looks| looks != N::default()),
-                cells_where(looks, |looks| looks == most),
-            );
-            looked_through[word] = any & all & !self.read[word];
-            others[word] |= any & !all;
+            let has_looks = cells_where(looks, |looks| looks != N::default());
+            let has_most = cells_where(looks, |looks| looks == most);
+            looked_through[word] = has_looks & has_most & !self.read[word];
+            others[word] |= has_looks & !has_most;
         }
         Partition { most: most.into(), looked_through, others }
     }
