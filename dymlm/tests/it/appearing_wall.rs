@@ -27,13 +27,6 @@ struct Scenario {
     full: Vec<View>,
 }
 
-/// Voxels as fine as the small images deserve: a pixel is 3 cm wide at the wall.
-fn new_builder() -> MapBuilder {
-    let mut config = MapConfig::default();
-    config.cloud.voxel_size = 0.02;
-    MapBuilder::new(config).unwrap()
-}
-
 impl Scenario {
     fn new() -> Self {
         let camera = PinholeCamera::new(80, 60, 65.625, 65.625, 39.5, 29.5).unwrap();
@@ -60,6 +53,13 @@ impl Scenario {
             builder.insert(&frame, &view.detections, &view.world_from_camera).unwrap();
         }
     }
+}
+
+/// Voxels as fine as the small images deserve: a pixel is 3 cm wide at the wall.
+fn new_builder() -> MapBuilder {
+    let mut config = MapConfig::default();
+    config.cloud.voxel_size = 0.02;
+    MapBuilder::new(config).unwrap()
 }
 
 fn view(world: &World, camera: PinholeCamera, number: usize) -> View {

@@ -1,3 +1,5 @@
+//! Config files: presets, and mistakes that are named with their lines.
+#![cfg(feature = "io")]
 use dymlm::MapConfig;
 use dymlm::core::SensorModel;
 
