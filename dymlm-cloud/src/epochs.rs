@@ -4,7 +4,7 @@ use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::cell_counts::CellCounts;
 use crate::direction::Direction;
 use crate::finding::Finding;
-use crate::opinion::{Opinion, OpinionFold};
+use crate::opinion::{Opinion, OpinionFold, PeriodSay};
 use crate::paging::{Record, record};
 use crate::support::Support;
 
@@ -96,9 +96,8 @@ impl Epochs {
         if !periods.iter().all(is_joined) || !periods.windows(2).all(is_ordered) {
             return None;
         }
-        // All periods but the newest are packed, since they no longer grow.
-        let older = periods.len().saturating_sub(1);
-        for period in periods.iter_mut().take(older) {
+        // Most blocks of a loaded map do not come into view: their newest period is packed as well, until it grows.
+        for period in &mut periods {
             period.cells.pack();
         }
         Some(Self { periods, read: OlderReads::default() })
@@ -135,8 +134,16 @@ impl Epochs {
         mut visit: impl FnMut(usize, Opinion),
     ) {
         let mut folds = [OpinionFold::NEW; BLOCK_CELLS];
+        // Cells beside each other mostly have the same counts.
+        let mut last = Support::default();
+        let mut say = PeriodSay::of(last, looks_per_reading);
         for period in self.periods.iter().rev() {
-            period.for_each(cells, |index, counts| folds[index].add(counts, looks_per_reading));
+            period.for_each(cells, |index, counts| {
+                if counts != last {
+                    (last, say) = (counts, PeriodSay::of(counts, looks_per_reading));
+                }
+                folds[index].add(&say);
+            });
         }
         for_each_bit(*cells, |index| visit(index, folds[index].opinion()));
     }
