@@ -1,9 +1,14 @@
 use std::ops::Deref;
+#[cfg(feature = "state")]
+use std::sync::Arc;
+
+use dymlm_core::Pages;
 
 use crate::paging::{Block, Paged};
+#[cfg(feature = "state")]
+use crate::paging::{PageFile, page_out};
 use crate::slot_index::SlotIndex;
 use crate::stamps::Stamps;
-use dymlm_core::Pages;
 
 /// Cells along the side of a block.
 pub(crate) const BLOCK_SIDE: usize = 8;
@@ -263,6 +268,14 @@ impl<B: Block> BlockStore<B> {
     /// The block of a slot, to page it out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<B>> {
         self.blocks.get_mut(slot)
+    }
+
+    /// Pages out the blocks from a slot on.
+    #[cfg(feature = "state")]
+    pub(crate) fn page_out_from(&mut self, first: usize, file: &Arc<PageFile>) -> std::io::Result<()> {
+        let slots: Vec<usize> = (first..self.blocks.len()).collect();
+        // A place of the file is free again when all its blocks have changed.
+        slots.chunks(CUBE_BLOCKS).try_for_each(|slots| page_out(&mut self.blocks, slots, file))
     }
 
     /// Frees the memory of blocks that another state of the store has paged out.

@@ -1,3 +1,6 @@
+#[cfg(feature = "state")]
+use std::sync::Arc;
+
 use dymlm_core::{DepthImage, PinholeCamera, Pose, SensorModel};
 
 use crate::block_store::{
@@ -9,6 +12,8 @@ use crate::finding::Finding;
 use crate::frame_reads::{BlockReads, FrameReads};
 use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
+#[cfg(feature = "state")]
+use crate::paging::PageFile;
 use crate::paging::{Paged, record};
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
@@ -347,6 +352,12 @@ impl Evidence {
     /// The block of a slot, to page it out.
     pub(crate) fn paged_mut(&mut self, slot: usize) -> Option<&mut Paged<EvidenceBlock>> {
         self.blocks.paged_mut(slot)
+    }
+
+    /// Pages out the blocks from a slot on.
+    #[cfg(feature = "state")]
+    pub(crate) fn page_out_from(&mut self, first: usize, file: &Arc<PageFile>) -> std::io::Result<()> {
+        self.blocks.page_out_from(first, file)
     }
 
     /// Frees the memory of blocks that a clone has paged out.

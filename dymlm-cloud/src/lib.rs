@@ -60,7 +60,7 @@ pub use paging::CloudPager;
 pub use place_history::{PlaceHistory, PlacePeriod};
 pub use queries::{PointHit, StaticPoint, StaticPoints, SurfaceNormal};
 #[cfg(feature = "state")]
-pub use saved_state::SavedCloud;
+pub use saved_state::{CloudLoader, SavedCloud};
 pub use support::Support;
 pub use verdict::Verdict;
 pub use verdicts::Verdicts;

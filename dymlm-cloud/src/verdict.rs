@@ -84,8 +84,9 @@ impl VerdictGrid {
             return;
         }
         let judged = crate::parallel::map(changed.clone(), |slot| {
-            let block = &blocks.blocks()[slot];
-            block.may_be_read().then(|| BlockVerdict::of(block, looks_per_reading))
+            // A block in the file stays there: after loading a map all blocks are judged.
+            let block = blocks.blocks()[slot].look();
+            block.may_be_read().then(|| BlockVerdict::of(&block, looks_per_reading))
         });
         // Most blocks in view were looked through once more, which changes no vote of a cell that is sure.
         let mut around: Vec<usize> = Vec::new();

@@ -1,7 +1,11 @@
 use std::sync::Arc;
 
+#[cfg(feature = "io")]
+use dymlm_cloud::CloudLoader;
 use dymlm_cloud::CloudPager;
 use dymlm_core::paging::PageFile;
+#[cfg(feature = "io")]
+use dymlm_planes::PlaneMap;
 
 use crate::session_log::SessionLog;
 use crate::snapshots::Snapshots;
@@ -57,5 +61,20 @@ impl MapPager {
             snapshots.page_out_like(map);
         }
         Ok(())
+    }
+
+    /// Pages out what older key frames have seen of planes, in maps that have been loaded.
+    #[cfg(feature = "io")]
+    pub(crate) fn page_out_planes(&self, planes: &PlaneMap) -> Result<(), Error> {
+        let Some(Budgeted { planes: file, .. }) = &self.budgeted else { return Ok(()) };
+        planes.page_out(file).map_err(Error::Paging)
+    }
+
+    /// Pages out what has been loaded of a cloud, when it takes more than the other maps, whose bytes are `others`,
+    /// leave of the budget.
+    #[cfg(feature = "io")]
+    pub(crate) fn page_out_loaded(&mut self, loader: &mut CloudLoader, others: usize) -> Result<(), Error> {
+        let Some(Budgeted { budget, cloud: pager, .. }) = &mut self.budgeted else { return Ok(()) };
+        loader.page_out(pager, budget.saturating_sub(others)).map_err(Error::Paging)
     }
 }

@@ -31,7 +31,7 @@ impl MemoryCount {
 impl CloudMap {
     /// Bytes of memory of some blocks of the evidence and of voxels, by their slots, with what is known of
     /// them.
-    pub(super) fn block_bytes(
+    pub(crate) fn block_bytes(
         &self,
         evidence: impl IntoIterator<Item = usize> + Clone,
         voxels: impl IntoIterator<Item = usize> + Clone,
@@ -44,7 +44,7 @@ impl CloudMap {
     }
 
     /// Bytes of all but the blocks.
-    fn list_bytes(&self) -> usize {
+    pub(crate) fn list_bytes(&self) -> usize {
         self.voxels.list_bytes_beside(&BlockStore::default())
             + self.evidence.list_bytes()
             + self.kept.list_bytes()

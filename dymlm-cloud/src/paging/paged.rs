@@ -2,7 +2,9 @@ use std::ops::{Deref, Range};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use super::{Extent, Record};
+use dymlm_core::Pages;
+
+use super::{Extent, PageFile, Record};
 
 /// What can be kept in a page file.
 pub(crate) trait Block: Record + Default + Clone {}
@@ -144,6 +146,26 @@ impl<B: Block> PageOut for Paged<B> {
     }
 }
 
+/// Puts some blocks of a list into one place of a file.
+pub(crate) fn page_out<B: Block>(
+    blocks: &mut Pages<Paged<B>>,
+    slots: &[usize],
+    file: &Arc<PageFile>,
+) -> std::io::Result<()> {
+    if slots.is_empty() {
+        return Ok(());
+    }
+    let mut bytes = Vec::new();
+    let written: Vec<_> = slots.iter().map(|&slot| blocks[slot].write(&mut bytes)).collect();
+    let extent = Arc::new(file.write(&mut bytes)?);
+    for (&slot, written) in slots.iter().zip(written) {
+        if let Some(block) = blocks.get_mut(slot) {
+            block.leave_memory(&extent, written);
+        }
+    }
+    Ok(())
+}
+
 fn next_version() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     // Versions are only compared, so that results do not depend on their numbers.
@@ -185,7 +207,6 @@ impl<B> Deref for Look<'_, B> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PageFile;
     use super::*;
 
     fn paged_out(block: &Paged<Vec<u32>>, file: &Arc<PageFile>) -> Paged<Vec<u32>> {

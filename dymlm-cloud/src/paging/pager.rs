@@ -95,6 +95,14 @@ impl CloudPager {
         Ok(())
     }
 
+    /// Pages out the blocks of voxels and of the evidence of a map that is being loaded, from these slots on.
+    #[cfg(feature = "state")]
+    pub(crate) fn page_out_from(&mut self, map: &mut CloudMap, voxels: usize, evidence: usize) -> Result<()> {
+        map.page_file.get_or_insert_with(|| Arc::clone(&self.file));
+        map.voxels.page_out_from(voxels, &self.file)?;
+        map.evidence.page_out_from(evidence, &self.file)
+    }
+
     /// Chooses the blocks to go, so many that the map will not be too large when blocks are chosen again.
     fn choose(&mut self, map: &mut CloudMap, budget: usize) {
         // Verdicts look at blocks that have changed: those that go must have theirs. Mostly somebody has

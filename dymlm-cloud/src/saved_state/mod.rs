@@ -6,6 +6,7 @@
 //! What is only cached is not saved: verdicts and the static cloud are made again when they are asked for.
 
 mod cells;
+mod cloud_loader;
 mod counts;
 mod evidence;
 mod number_code;
@@ -14,18 +15,19 @@ mod saved_cloud;
 mod voxel_code;
 mod voxels;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use dymlm_core::{DamagedState, SensorModel, StateSink, decode_part, encode_part};
+use dymlm_core::{SensorModel, StateSink, encode_part};
 use serde::{Deserialize, Serialize};
 
 use crate::block_store::{BlockKey, BlockStore};
 use crate::paging::Block;
 use crate::{CloudMap, CloudMapConfig, Error};
-use evidence::{evidence_of, put_evidence};
+pub use cloud_loader::CloudLoader;
+use evidence::evidence_of;
 use saved_blocks::SavedBlocks;
 pub use saved_cloud::SavedCloud;
-use voxels::{put_voxels, voxels_of};
+use voxels::voxels_of;
 
 /// What a part holds, in the lowest bit of its key; the others are the block's.
 const VOXELS: u64 = 0;
@@ -76,8 +78,13 @@ impl CloudMap {
             frames: self.frames(),
             epoch: self.evidence.epoch(),
             revision: self.evidence.revision(),
-            blocks: [self.voxels.keys().len(), self.evidence.blocks().keys().len()],
+            blocks: self.block_numbers(),
         }
+    }
+
+    /// How many blocks of voxels and of the evidence there are.
+    fn block_numbers(&self) -> [usize; 2] {
+        [self.voxels.keys().len(), self.evidence.blocks().keys().len()]
     }
 
     /// Restores the map from its parts, in any order, to the bit.
@@ -90,34 +97,11 @@ impl CloudMap {
         sensor: SensorModel,
         parts: impl IntoIterator<Item = (u64, Vec<u8>)>,
     ) -> Result<Self, Error> {
-        let mut map = Self::new(config, sensor)?;
-        let mut by_key: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
+        let mut loader = CloudLoader::new(config, sensor)?;
         for (part, bytes) in parts {
-            if by_key.insert(part, bytes).is_some() {
-                return Err(DamagedState::new(part, "it is there twice").into());
-            }
+            loader.load(part, &bytes)?;
         }
-        let head = by_key.remove(&HEAD).ok_or_else(|| DamagedState::new(HEAD, "it is missing"))?;
-        let Head { frames, epoch, revision, blocks } = decode_part(HEAD, &head)?;
-        while let Some((part, bytes)) = by_key.pop_first() {
-            let damaged = |what: &str| DamagedState::new(part, what);
-            let key = BlockKey::of_number(part >> 1);
-            let is_right = match part & 1 {
-                EVIDENCE => put_evidence(&bytes, key, &mut map.evidence),
-                _ => put_voxels(&bytes, key, &mut map),
-            };
-            is_right.ok_or_else(|| damaged("numbers that no map holds"))?;
-        }
-        if frames.max(revision) >= MOST_FRAMES {
-            return Err(DamagedState::new(HEAD, "more frames than a map can have taken in").into());
-        }
-        map.restore(frames, epoch, revision);
-        let found = map.head().blocks;
-        if found != blocks {
-            let what = format!("{blocks:?} blocks of voxels and of evidence, but {found:?} are there");
-            return Err(DamagedState::new(HEAD, what).into());
-        }
-        Ok(map)
+        loader.finish()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::block_store::{
 };
 use crate::changes::{Change, Changes, Effect, Refit, Touched};
 use crate::evidence::Evidence;
-use crate::paging::{PageFile, PageOut, Paged};
+use crate::paging::{PageFile, Paged, page_out};
 use crate::thinning::{Candidate, Thinning, Window, limit, looks_around};
 use crate::verdict::{Verdict, VerdictGrid};
 use crate::voxel_block::VoxelBlock;
@@ -153,22 +153,11 @@ impl StaticCloud {
         goes: impl Fn(usize) -> bool,
     ) -> std::io::Result<()> {
         const PAGE: usize = Pages::<Paged<StaticBlock>>::PAGE;
-        let (mut buffer, mut written) = (Vec::new(), Vec::new());
         for first in pages.iter().map(|page| page * PAGE) {
             let slots = first..self.blocks.len().min(first + PAGE);
             let leaves = |slot: &usize| self.blocks[*slot].in_memory().is_some() && goes(*slot);
             let slots: Vec<usize> = slots.filter(leaves).collect();
-            if slots.is_empty() {
-                continue;
-            }
-            buffer.clear();
-            written.extend(slots.iter().map(|&slot| self.blocks[slot].write(&mut buffer)));
-            let extent = Arc::new(file.write(&mut buffer)?);
-            for (slot, written) in slots.into_iter().zip(written.drain(..)) {
-                if let Some(block) = self.blocks.get_mut(slot) {
-                    block.leave_memory(&extent, written);
-                }
-            }
+            page_out(&mut self.blocks, &slots, file)?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use dymlm_cloud::CloudMap;
+use dymlm_cloud::{CloudLoader, CloudMap};
 use dymlm_core::{DamagedState, FrameId, Pages, StateSink, decode_part, encode_part};
 use dymlm_history::{History, HistoryConfig};
 use dymlm_io::{DamagedPart, MapFolder, StateWriter};
@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::saved_state::SavedState;
 use crate::ghost_removal::GhostRemoval;
 use crate::logged_sessions::Session;
+use crate::map_pager::MapPager;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::{Error, MapConfig, MultiLevelMap, Revision};
 
@@ -120,15 +121,7 @@ impl MultiLevelMap {
         let mut read = |section, result: Result<(), Error>| {
             missing.extend(result.err().map(|error| MissingMap { section, error }));
         };
-        let MultiLevelMap { cloud, octree, planes, objects, past, .. } = &mut map;
-        read(
-            CLOUD,
-            replace(cloud, || {
-                with_parts(folder, CLOUD, |parts| {
-                    Ok(CloudMap::load_state(config.cloud.clone(), sensor, parts)?)
-                })
-            }),
-        );
+        let MultiLevelMap { octree, planes, objects, past, .. } = &mut map;
         read(
             OCTREE,
             replace(octree, || {
@@ -154,8 +147,31 @@ impl MultiLevelMap {
         if let Some(log) = head.log {
             read(HISTORY, replace(&mut past.log, || read_log(folder, &config.history, log)));
         }
+        // The cloud comes last: it has what the other maps leave of the memory budget.
+        let cloud = read_cloud(folder, &map);
+        read(CLOUD, replace(&mut map.cloud, || cloud));
         Ok((map, missing))
     }
+}
+
+/// Reads the cloud. What has no room within the memory budget goes to a file, part by part.
+fn read_cloud(folder: &MapFolder, map: &MultiLevelMap) -> Result<CloudMap, Error> {
+    let mut loader = CloudLoader::new(map.config.cloud.clone(), map.config.sensor)?;
+    // A folder for that file that is not there, on the machine where somebody looks at the map, is an error only when
+    // the mapping goes on.
+    let mut pager = MapPager::new(&map.config.memory).ok();
+    if let Some(pager) = &pager {
+        pager.page_out_planes(&map.planes)?;
+    }
+    let others = map.memory().total();
+    for part in folder.state(CLOUD)? {
+        let (part, bytes) = part.map_err(dymlm_io::Error::from)?;
+        loader.load(part, &bytes)?;
+        if let Some(pager) = &mut pager {
+            pager.page_out_loaded(&mut loader, others)?;
+        }
+    }
+    Ok(loader.finish()?)
 }
 
 /// Replaces a value by what is read; on an error the value stays.

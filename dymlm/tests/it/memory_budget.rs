@@ -49,6 +49,38 @@ fn maps_within_a_budget_are_the_maps_without_one() {
     }
 }
 
+/// Maps that were saved are loaded within their budget, and are the same; what has been paged out is saved again.
+#[cfg(feature = "io")]
+#[test]
+fn maps_are_loaded_within_their_budget() {
+    let parent = tempfile::tempdir().unwrap();
+    let [small, large] = [Some(0), Some(usize::MAX)].map(|budget| {
+        let mut builder = builder(budget);
+        for frame in frames().iter().step_by(2) {
+            builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        }
+        let folder = parent.path().join(format!("{budget:?}"));
+        builder.map().save(&folder).unwrap();
+        dymlm::files::MapSaver::load(&folder, None).unwrap()
+    });
+    let memory = [&small.1, &large.1].map(|map| map.memory().cloud);
+    assert!(3 * memory[0] < memory[1], "{memory:?}");
+
+    let maps = [small, large].map(|(mut saver, map)| {
+        let frame = &frames()[0];
+        let cloud = map.cloud().point_cloud(Selection::Static);
+        let after_reading = map.memory().cloud;
+        let mut builder = MapBuilder::resume(map).unwrap();
+        builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        saver.save(builder.map()).unwrap();
+        let again = dymlm::MultiLevelMap::load(saver.folder()).unwrap();
+        assert!(fingerprint(&again) == fingerprint(builder.map()));
+        (cloud, fingerprint(builder.map()), after_reading)
+    });
+    assert!(maps[0].0 == maps[1].0 && maps[0].1 == maps[1].1);
+    assert!(2 * maps[0].2 < maps[1].2, "reading the static cloud leaves blocks in the file");
+}
+
 #[test]
 fn a_folder_that_is_not_there_is_named_before_anything_is_mapped() {
     let mut config = MapConfig::default();

@@ -1,0 +1,105 @@
+use dymlm_core::{DamagedState, SensorModel, decode_part};
+
+use super::evidence::put_evidence;
+use super::voxels::put_voxels;
+use super::{EVIDENCE, HEAD, Head, MOST_FRAMES};
+use crate::block_store::BlockKey;
+use crate::{CloudMap, CloudMapConfig, CloudPager, Error};
+
+/// Puts a saved map together from its parts, which come in any order. What has come can be paged out meanwhile, so
+/// that a map can be loaded that is larger than its memory budget.
+#[derive(Debug)]
+pub struct CloudLoader {
+    map: CloudMap,
+    head: Option<Head>,
+    /// Blocks of voxels and of the evidence that have been paged out, which come first, and bytes of the others.
+    paged_out: [usize; 2],
+    in_memory: usize,
+}
+
+impl CloudLoader {
+    /// A loader that has no part yet.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Config`].
+    pub fn new(config: CloudMapConfig, sensor: SensorModel) -> Result<Self, Error> {
+        let map = CloudMap::new(config, sensor)?;
+        Ok(Self { map, head: None, paged_out: [0; 2], in_memory: 0 })
+    }
+
+    /// Takes in a part, by its key.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::State`] names a part that is damaged, or that has come before.
+    pub fn load(&mut self, part: u64, bytes: &[u8]) -> Result<(), Error> {
+        let damaged = |what: &str| Error::from(DamagedState::new(part, what));
+        let key = BlockKey::of_number(part >> 1);
+        let (voxels, evidence) = (&self.map.voxels, self.map.evidence.blocks());
+        let is_there = match part {
+            HEAD => self.head.is_some(),
+            _ if part & 1 == EVIDENCE => evidence.slot(key).is_some(),
+            _ => voxels.slot(key).is_some(),
+        };
+        if is_there {
+            return Err(damaged("it is there twice"));
+        }
+        let (next_voxels, next_evidence) = (voxels.blocks().len(), evidence.blocks().len());
+        let put = match part {
+            HEAD => {
+                self.head = Some(decode_part(HEAD, bytes)?);
+                return Ok(());
+            }
+            _ if part & 1 == EVIDENCE => put_evidence(bytes, key, &mut self.map.evidence),
+            _ => put_voxels(bytes, key, &mut self.map),
+        };
+        put.ok_or_else(|| damaged("numbers that no map holds"))?;
+        self.in_memory += self.map.block_bytes(
+            next_evidence..self.map.evidence.blocks().blocks().len(),
+            next_voxels..self.map.voxels.blocks().len(),
+        );
+        Ok(())
+    }
+
+    /// Pages out the blocks that have come, when the map takes more than `budget` bytes of memory. Call it after each
+    /// part. What stays are some 100 bytes for each block, whatever the budget.
+    ///
+    /// # Errors
+    ///
+    /// Those of writing, on a full disk, for example.
+    pub fn page_out(&mut self, pager: &mut CloudPager, budget: usize) -> std::io::Result<()> {
+        // Fewer are not worth a write.
+        const LEAST: usize = 1 << 20;
+        if self.in_memory < LEAST.max(budget.saturating_sub(self.map.list_bytes())) {
+            return Ok(());
+        }
+        let [voxels, evidence] = self.paged_out;
+        pager.page_out_from(&mut self.map, voxels, evidence)?;
+        self.paged_out = self.map.block_numbers();
+        self.in_memory = 0;
+        Ok(())
+    }
+
+    /// The map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::State`] when parts are missing, or do not belong together.
+    pub fn finish(self) -> Result<CloudMap, Error> {
+        let Self { mut map, head, .. } = self;
+        let damaged = |what: &str| Error::from(DamagedState::new(HEAD, what));
+        let Head { frames, epoch, revision, blocks } = head.ok_or_else(|| damaged("it is missing"))?;
+        if frames.max(revision) >= MOST_FRAMES {
+            return Err(damaged("more frames than a map can have taken in"));
+        }
+        map.restore(frames, epoch, revision);
+        let found = map.block_numbers();
+        if found != blocks {
+            return Err(damaged(&format!(
+                "{blocks:?} blocks of voxels and of evidence, but {found:?} are there"
+            )));
+        }
+        Ok(map)
+    }
+}
