@@ -168,7 +168,7 @@ fn file_of_one_leaf(depth: u8) -> Vec<u8> {
 #[test]
 fn a_large_leaf_takes_as_long_as_its_face() {
     let read = |depth| Octree::read_bt(file_of_one_leaf(depth).as_slice(), OctreeConfig::default()).unwrap();
-    let [small, large] = [read(9), read(7)];
+    let [small, large] = [read(10), read(8)];
     for up in [[0.0, 0.0, 1.0], [0.2, 0.1, 1.0]] {
         // The large leaf has 16 times as many columns, each with 4 times as many cells.
         let most = 32.0;

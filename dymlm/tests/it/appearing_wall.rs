@@ -161,11 +161,6 @@ fn a_wall_appears_in_all_maps_within_ten_seconds_after_five_empty_minutes() {
 }
 
 #[test]
-fn at_30_hz_it_appears_as_well() {
-    assert_there(&after_change(true, 20.0, 30.0));
-}
-
-#[test]
 #[ignore = "a minute: .ci/nightly"]
 fn at_30_hz_it_appears_after_five_minutes_as_well() {
     assert_there(&after_change(true, 300.0, 30.0));

@@ -123,6 +123,7 @@ fn refined(seed: u64, with_objects: bool) -> ([f64; 2], RefinedPoses) {
 
 /// Walls and floor leave the way along a corridor to odometry; the bins, seen from both sides, hold some of it.
 #[test]
+#[ignore = "half a minute: .ci/nightly"]
 fn objects_hold_the_way_along_a_corridor() {
     let mut squares = [0.0; 3];
     for seed in [1, 2] {
