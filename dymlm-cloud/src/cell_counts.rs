@@ -62,6 +62,14 @@ impl CellCounts {
         }
     }
 
+    /// The counts, if they are packed.
+    pub(crate) fn packed(&self) -> Option<&PackedCounts> {
+        match self {
+            Self::Packed(packed) => Some(packed),
+            Self::None | Self::Narrow(_) | Self::Wide(_) => None,
+        }
+    }
+
     /// Packs the counts into less memory, until one changes.
     pub(crate) fn pack(&mut self) {
         let packed = match self {

@@ -1,10 +1,11 @@
+use std::hint::black_box;
 use std::sync::OnceLock;
 
 use crate::block_store::{BLOCK_CELLS, CellBits, for_each_bit};
 use crate::cell_counts::CellCounts;
 use crate::direction::Direction;
 use crate::finding::Finding;
-use crate::opinion::{Opinion, OpinionFold, PeriodSay};
+use crate::opinion::{Opinion, OpinionFold};
 use crate::paging::{Record, record};
 use crate::support::Support;
 
@@ -134,18 +135,20 @@ impl Epochs {
         mut visit: impl FnMut(usize, Opinion),
     ) {
         let mut folds = [OpinionFold::NEW; BLOCK_CELLS];
-        // Cells beside each other mostly have the same counts.
-        let mut last = Support::default();
-        let mut say = PeriodSay::of(last, looks_per_reading);
+        self.fetch();
         for period in self.periods.iter().rev() {
-            period.for_each(cells, |index, counts| {
-                if counts != last {
-                    (last, say) = (counts, PeriodSay::of(counts, looks_per_reading));
-                }
-                folds[index].add(&say);
-            });
+            period.for_each(cells, |index, counts| folds[index].add(counts, looks_per_reading));
         }
         for_each_bit(*cells, |index| visit(index, folds[index].opinion()));
+    }
+
+    /// Brings the counts from memory, those of all periods at once: after hours there are many, and one after the
+    /// other each would be waited for. Nothing but time depends on it.
+    fn fetch(&self) {
+        let packed = || self.periods.iter().filter_map(|period| period.cells.packed());
+        // Where the numbers are is in the packed counts themselves.
+        black_box(packed().fold(0, |all, counts| all ^ counts.most()));
+        black_box(packed().fold(0, |all, counts| all ^ counts.touch_numbers()));
     }
 
     /// The counts of a cell before an epoch, newest period first; all its counts when there are none before.

@@ -39,7 +39,7 @@ impl Opinion {
     pub(crate) fn of(periods: impl IntoIterator<Item = Support>, looks_per_reading: f32) -> Self {
         let mut fold = OpinionFold::NEW;
         for counts in periods {
-            fold.add(&PeriodSay::of(counts, looks_per_reading));
+            fold.add(counts, looks_per_reading);
             if fold.is_done() {
                 break;
             }
@@ -50,47 +50,6 @@ impl Opinion {
     /// Whether something stands there that does not move.
     pub(crate) fn is_static(&self) -> bool {
         self.is_read && self.presence >= 0.0 && self.staticness >= 0.0
-    }
-}
-
-/// What the counts of a period say of a cell. Many cells have the same counts.
-#[derive(Clone, Copy)]
-pub(crate) struct PeriodSay {
-    presence: Say,
-    staticness: Say,
-    is_read: bool,
-}
-
-/// How sure frames are, 0 to 1, and of what, -1 to 1.
-#[derive(Clone, Copy)]
-struct Say {
-    certainty: f32,
-    majority: f32,
-}
-
-impl PeriodSay {
-    /// One reading of a surface outweighs `looks_per_reading` looks through it.
-    pub(crate) fn of(counts: Support, looks_per_reading: f32) -> Self {
-        let [surface, looked_through, movers] =
-            [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
-        Self {
-            presence: Say::new(looks_per_reading * surface - looked_through, surface + looked_through),
-            staticness: Say::new(surface - movers, surface + movers),
-            is_read: counts.support > 0,
-        }
-    }
-}
-
-impl Say {
-    /// What a number of frames say; `balance`: those for, less those against.
-    fn new(balance: f32, frames: f32) -> Self {
-        if frames == 0.0 {
-            return Self { certainty: 0.0, majority: 0.0 };
-        }
-        Self {
-            certainty: (frames / ENOUGH_FRAMES).min(1.0),
-            majority: (CLARITY * balance / frames).clamp(-1.0, 1.0),
-        }
     }
 }
 
@@ -105,15 +64,17 @@ pub(crate) struct OpinionFold {
 impl OpinionFold {
     pub(crate) const NEW: Self = Self { presence: Fold::NEW, staticness: Fold::NEW, is_read: false };
 
-    /// Takes in what the next older period says.
+    /// Takes in the counts of the next older period.
     #[inline]
-    pub(crate) fn add(&mut self, say: &PeriodSay) {
+    pub(crate) fn add(&mut self, counts: Support, looks_per_reading: f32) {
         if self.is_done() {
             return;
         }
-        self.is_read |= say.is_read;
-        self.presence.add(say.presence);
-        self.staticness.add(say.staticness);
+        let [surface, looked_through, movers] =
+            [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
+        self.is_read |= counts.support > 0;
+        self.presence.add(looks_per_reading * surface - looked_through, surface + looked_through);
+        self.staticness.add(surface - movers, surface + movers);
     }
 
     /// Whether older periods have no influence any more.
@@ -131,10 +92,14 @@ impl OpinionFold {
 impl Fold {
     const NEW: Self = Self { sum: 0.0, weight: 1.0 };
 
-    #[inline]
-    fn add(&mut self, say: Say) {
-        self.sum += self.weight * say.certainty * say.majority * MAX_OPINION;
-        self.weight *= 1.0 - (1.0 - PAST) * say.certainty;
+    /// Adds a period of `frames` frames; `balance`: those for, less those against.
+    fn add(&mut self, balance: f32, frames: f32) {
+        if frames > 0.0 {
+            let certainty = (frames / ENOUGH_FRAMES).min(1.0);
+            let majority = (CLARITY * balance / frames).clamp(-1.0, 1.0);
+            self.sum += self.weight * certainty * majority * MAX_OPINION;
+            self.weight *= 1.0 - (1.0 - PAST) * certainty;
+        }
     }
 
     fn limited(self) -> f32 {

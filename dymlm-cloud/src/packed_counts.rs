@@ -53,6 +53,19 @@ impl PackedCounts {
         counts
     }
 
+    /// Greatest number of looks through a cell in which nothing was read.
+    #[inline]
+    pub(crate) fn most(&self) -> u32 {
+        self.most
+    }
+
+    /// Reads a number of each line of memory that the counts take.
+    #[inline]
+    pub(crate) fn touch_numbers(&self) -> u64 {
+        const LINE: usize = 64 / size_of::<u64>();
+        self.numbers.iter().step_by(LINE).fold(0, |all, numbers| all ^ numbers)
+    }
+
     /// The counts of all cells.
     pub(crate) fn plain(&self) -> PlainCounts<u32> {
         let mut counts = PlainCounts::default();
