@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub struct MemoryConfig {
     /// Bytes that the maps may take, including a history that is kept in memory: parts of the cloud that no
     /// frame has seen for longest go to a file and come back when a frame or a query reaches them. The maps
-    /// are the same, to the bit. The other maps, which take a twentieth of the cloud, stay in memory, and so
+    /// are the same, to the bit. Saved maps are loaded within it. The other maps, which take a twentieth of the cloud, stay in memory, and so
     /// do the parts that the last 12 frames have seen and some 100 bytes for each 8^3 voxels that are not
     /// empty. Whatever the budget, what all but the last key frames have seen of planes goes to a file too:
     /// it grows with the hours. The first query of the static cloud works it out in batches, and puts what it

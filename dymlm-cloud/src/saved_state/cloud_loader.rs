@@ -35,30 +35,28 @@ impl CloudLoader {
     /// [`Error::State`] names a part that is damaged, or that has come before.
     pub fn load(&mut self, part: u64, bytes: &[u8]) -> Result<(), Error> {
         let damaged = |what: &str| Error::from(DamagedState::new(part, what));
-        let key = BlockKey::of_number(part >> 1);
-        let (voxels, evidence) = (&self.map.voxels, self.map.evidence.blocks());
+        let (key, is_evidence) = (BlockKey::of_number(part >> 1), part & 1 == EVIDENCE);
         let is_there = match part {
             HEAD => self.head.is_some(),
-            _ if part & 1 == EVIDENCE => evidence.slot(key).is_some(),
-            _ => voxels.slot(key).is_some(),
+            _ if is_evidence => self.map.evidence.blocks().slot(key).is_some(),
+            _ => self.map.voxels.slot(key).is_some(),
         };
         if is_there {
             return Err(damaged("it is there twice"));
         }
-        let (next_voxels, next_evidence) = (voxels.blocks().len(), evidence.blocks().len());
-        let put = match part {
-            HEAD => {
-                self.head = Some(decode_part(HEAD, bytes)?);
-                return Ok(());
-            }
-            _ if part & 1 == EVIDENCE => put_evidence(bytes, key, &mut self.map.evidence),
-            _ => put_voxels(bytes, key, &mut self.map),
+        if part == HEAD {
+            self.head = Some(decode_part(HEAD, bytes)?);
+            return Ok(());
+        }
+        let [voxels, evidence] = self.map.block_numbers();
+        let put = if is_evidence {
+            put_evidence(bytes, key, &mut self.map.evidence)
+        } else {
+            put_voxels(bytes, key, &mut self.map)
         };
         put.ok_or_else(|| damaged("numbers that no map holds"))?;
-        self.in_memory += self.map.block_bytes(
-            next_evidence..self.map.evidence.blocks().blocks().len(),
-            next_voxels..self.map.voxels.blocks().len(),
-        );
+        let [more_voxels, more_evidence] = self.map.block_numbers();
+        self.in_memory += self.map.block_bytes(evidence..more_evidence, voxels..more_voxels);
         Ok(())
     }
 
