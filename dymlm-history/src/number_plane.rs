@@ -2,7 +2,7 @@
 
 use crate::entropy_code::{Decoder, Placed, Symbols};
 use crate::number_row::{Errors, NumberRow};
-use crate::prediction::{CONTEXTS, class_of, context_of, predicted};
+use crate::prediction::{CONTEXTS, class_looked_up, context_of, predicted, spread_of};
 use dymlm_core::{BitReader, BitWriter};
 
 /// Errors below this are symbols of their own. For a larger error the symbol gives the highest two bits, and
@@ -85,12 +85,11 @@ impl NumberPlane {
         let (holes, levels) = self.holes_and_levels();
         let mut decoder = Decoder::take(bytes, CONTEXTS)?;
         let mut bits = BitReader::take(bytes)?;
-        let mut numbers = Vec::with_capacity(length);
-        self.walk(length, |prediction| {
+        let mut numbers = vec![0; length];
+        self.walk(&mut numbers, |prediction| {
             let error = take_error(decoder.next(prediction.context), &mut bits)?;
             if error < holes {
-                numbers.push(error);
-                return Some(Visited { known: prediction.number as i32, is_hole: true });
+                return Some((error, Visited { known: prediction.number as i32, is_hole: true }));
             }
             let error = error - holes;
             if error >= levels {
@@ -98,8 +97,7 @@ impl NumberPlane {
             }
             let sum = prediction.number + unfolded(error, levels);
             let known = if sum >= levels { sum - levels } else { sum };
-            numbers.push(holes + known);
-            Some(Visited { known: known as i32, is_hole: false })
+            Some((holes + known, Visited { known: known as i32, is_hole: false }))
         })?;
         (decoder.is_done() && bits.is_done()).then_some(numbers)
     }
@@ -110,21 +108,27 @@ impl NumberPlane {
         (holes, self.count - holes)
     }
 
-    /// Goes through `length` numbers; `visit` is given the prediction and returns what stands there, or
+    /// Fills numbers in; `visit` is given what is predicted for one, and returns it and what its neighbours see of it, or
     /// `None` to end.
     #[inline]
-    fn walk(self, length: usize, mut visit: impl FnMut(Prediction) -> Option<Visited>) -> Option<()> {
+    fn walk(
+        self,
+        numbers: &mut [u32],
+        mut visit: impl FnMut(Prediction) -> Option<(u32, Visited)>,
+    ) -> Option<()> {
         // One longer than a row: the row's last number is repeated after it.
         let mut above = vec![Visited::default(); self.width + 1];
-        for first in (0..length).step_by(self.width) {
+        let mut is_first = true;
+        for row in numbers.chunks_mut(self.width) {
             let [mut second_west, mut west, mut north_west] = [above[0]; 3];
-            for u in 0..self.width.min(length - first) {
-                let north = if first == 0 { west } else { above[u] };
-                let north_east = if first == 0 { west } else { above[u + 1] };
-                let visited = visit(Prediction::by(second_west, west, north_west, north, north_east))?;
+            for (u, number) in row.iter_mut().enumerate() {
+                let [north, north_east] = if is_first { [west; 2] } else { [above[u], above[u + 1]] };
+                let visited;
+                (*number, visited) = visit(Prediction::by(second_west, west, north_west, north, north_east))?;
                 (above[u], second_west, west, north_west) = (visited, west, visited, north);
             }
             above[self.width] = west;
+            is_first = false;
         }
         Some(())
     }
@@ -140,7 +144,8 @@ impl Prediction {
         north: Visited,
         north_east: Visited,
     ) -> Self {
-        let class = class_of(second_west.known, north_west.known, north.known, north_east.known);
+        let spread = spread_of(second_west.known, north_west.known, north.known, north_east.known);
+        let class = class_looked_up(spread);
         Self {
             number: predicted(west.known, north_west.known, north.known) as u32,
             context: context_of(class, west.is_hole.into(), north.is_hole.into()) as u8,

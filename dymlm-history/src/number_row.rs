@@ -2,7 +2,7 @@
 //! known, nothing waits for the one before, and a processor takes several together. Numbers are below 2^28, so that
 //! sums of a few of them have a sign to spare.
 
-use crate::prediction::{class_of, context_of, predicted};
+use crate::prediction::{class_of, context_of, predicted, spread_of};
 
 /// Places before a row's first number, for its neighbours to the west.
 const BEFORE: usize = 2;
@@ -78,7 +78,7 @@ impl Errors {
             let (&[second_west, west, number], &[_, west_hole, hole]) = (known, are_holes) else { continue };
             let error = folded(number - predicted(west, second_west, west), levels as i32) + holes as i32;
             self.errors.push(error & (hole - 1));
-            let class = class_of(second_west, second_west, west, west);
+            let class = class_of(spread_of(second_west, second_west, west, west));
             self.contexts.push(context_of(class, west_hole, west_hole));
         }
     }
@@ -118,7 +118,7 @@ fn put_contexts(row: &NumberRow, above: &NumberRow, contexts: &mut [i32]) {
     let [north_west, north, north_east] = [1, 2, 3].map(|first| &above.known[first..][..length]);
     let (west_hole, north_hole) = (&row.holes[1..][..length], &above.holes[BEFORE..][..length]);
     for u in 0..length {
-        let class = class_of(second_west[u], north_west[u], north[u], north_east[u]);
+        let class = class_of(spread_of(second_west[u], north_west[u], north[u], north_east[u]));
         contexts[u] = context_of(class, west_hole[u], north_hole[u]);
     }
 }
