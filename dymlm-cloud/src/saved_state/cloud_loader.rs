@@ -15,7 +15,13 @@ pub struct CloudLoader {
     /// Blocks of voxels and of the evidence that have been paged out, which come first, and bytes of the others.
     paged_out: [usize; 2],
     in_memory: usize,
+    /// The bytes of the others at which it is looked again whether they have room: a look goes through the lists of all
+    /// blocks.
+    next_look: usize,
 }
+
+/// Bytes between two looks. Fewer are not worth a write either.
+const PORTION: usize = 1 << 20;
 
 impl CloudLoader {
     /// A loader that has no part yet.
@@ -25,7 +31,7 @@ impl CloudLoader {
     /// [`Error::Config`].
     pub fn new(config: CloudMapConfig, sensor: SensorModel) -> Result<Self, Error> {
         let map = CloudMap::new(config, sensor)?;
-        Ok(Self { map, head: None, paged_out: [0; 2], in_memory: 0 })
+        Ok(Self { map, head: None, paged_out: [0; 2], in_memory: 0, next_look: PORTION })
     }
 
     /// Takes in a part, by its key.
@@ -67,15 +73,17 @@ impl CloudLoader {
     ///
     /// Those of writing, on a full disk, for example.
     pub fn page_out(&mut self, pager: &mut CloudPager, budget: usize) -> std::io::Result<()> {
-        // Fewer are not worth a write.
-        const LEAST: usize = 1 << 20;
-        if self.in_memory < LEAST.max(budget.saturating_sub(self.map.list_bytes())) {
+        if self.in_memory < self.next_look {
+            return Ok(());
+        }
+        if self.in_memory + self.map.list_bytes() <= budget {
+            self.next_look = self.in_memory + PORTION;
             return Ok(());
         }
         let [voxels, evidence] = self.paged_out;
         pager.page_out_from(&mut self.map, voxels, evidence)?;
         self.paged_out = self.map.block_numbers();
-        self.in_memory = 0;
+        (self.in_memory, self.next_look) = (0, PORTION);
         Ok(())
     }
 

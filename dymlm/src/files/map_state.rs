@@ -148,8 +148,7 @@ impl MultiLevelMap {
             read(HISTORY, replace(&mut past.log, || read_log(folder, &config.history, log)));
         }
         // The cloud comes last: it has what the other maps leave of the memory budget.
-        let cloud = read_cloud(folder, &map);
-        read(CLOUD, replace(&mut map.cloud, || cloud));
+        read(CLOUD, read_cloud(folder, &map).map(|cloud| map.cloud = cloud));
         Ok((map, missing))
     }
 }
