@@ -61,7 +61,7 @@ pub fn damaged_parts(parts: &SavedParts, random: &mut SplitMix64) -> LoadedParts
 }
 
 /// For each part, the state without it and the state with it twice.
-pub fn incomplete_parts(parts: &SavedParts) -> impl DoubleEndedIterator<Item = (u64, [LoadedParts; 2])> {
+pub fn incomplete_parts(parts: &SavedParts) -> impl Iterator<Item = (u64, [LoadedParts; 2])> {
     parts.iter().map(|(&part, bytes)| {
         let all = || parts.clone().into_iter();
         let without = all().filter(|(key, _)| *key != part).collect();

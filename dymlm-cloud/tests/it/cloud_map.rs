@@ -485,7 +485,7 @@ fn believes_a_new_wall([empty_for, empty_rate]: [f64; 2], [wall_for, rate]: [f64
 #[test]
 fn a_new_wall_is_believed_within_ten_seconds() {
     for rate in [2.0, 30.0] {
-        for empty in [[10.0, rate], [300.0, 1.0], [1200.0, 0.2]] {
+        for empty in [[10.0, rate], [300.0, 2.0], [1200.0, 0.4]] {
             assert!(believes_a_new_wall(empty, [10.0, rate]), "{rate} Hz, after {empty:?}");
             assert!(!believes_a_new_wall(empty, [1.5, rate]), "{rate} Hz, after {empty:?}");
         }
@@ -890,8 +890,10 @@ mod saved_state {
     fn parts_that_are_missing_or_too_many_are_refused() {
         let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
         apply(&mut map, 5, 0);
-        // The head, which is the last part, and some of the others.
-        for (part, [without, twice]) in incomplete_parts(&whole(&map)).rev().step_by(5) {
+        // Each part is left out once: what is left of the map is small.
+        apply(&mut map, 4, 0);
+        assert!(whole(&map).len() > 50);
+        for (part, [without, twice]) in incomplete_parts(&whole(&map)) {
             assert!(matches!(load(without), Err(Error::State(_))), "without {part:#x}");
             assert!(matches!(load(twice), Err(Error::State(damaged)) if damaged.part == part));
         }
