@@ -7,6 +7,9 @@ use crate::finite::is_finite;
 /// Number of points whose keys are computed together, in vector registers.
 pub(super) const TOGETHER: usize = 4;
 
+/// Number of points whose keys are computed before they are used.
+pub(super) const BATCH: usize = 256;
+
 /// Between 2^52 and 2^53 the f64 are exactly the integers, and their low 52 bits count them.
 pub(super) const INTEGERS_FROM: u64 = 1 << 52;
 

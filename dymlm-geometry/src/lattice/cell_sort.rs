@@ -4,7 +4,7 @@ use dymlm_core::Point;
 
 use super::CubicLattice;
 use super::bounds::Bounds;
-use super::cell_keys::INTEGERS_FROM;
+use super::cell_keys::{BATCH, CellKeys, TOGETHER};
 use super::radix_sort::RadixSort;
 use crate::finite::is_finite;
 
@@ -14,31 +14,20 @@ use crate::finite::is_finite;
 /// finite and points after the first 2^32 - 1 are left out.
 ///
 /// It sorts *runs* of successive points in one cell rather than points: neighbouring pixels mostly share a
-/// cell. O(n): a radix sort on one packed key per run, or, where the extent is too large for a key of 32
-/// bits, on the three indices one after the other.
+/// cell. O(n): a radix sort on one packed key per run, or, where the extent holds more cells than there are
+/// keys, on the three indices one after the other.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CellSort {
     /// First point of each run, and the number of points at the end.
     run_starts: Vec<u32>,
     /// The runs of finite points. Upper half: sort key; lower half: number of the run.
     entries: Vec<u64>,
+    /// The key of each run, where keys have more than 32 bits.
+    wide_keys: Vec<u64>,
     radix: RadixSort,
     /// First entry of each cell, and the number of entries at the end.
     cell_starts: Vec<u32>,
 }
-
-/// The cells from the least to the greatest finite coordinate.
-struct Extent {
-    /// Least index, an integer, of each axis.
-    base: [f64; 3],
-    /// Number of cells along y and z.
-    cells: [u32; 2],
-    /// Greatest key of a cell.
-    max_key: u32,
-}
-
-/// The key of points that are not finite; no cell has it.
-const NOT_FINITE: u64 = u64::MAX;
 
 impl CellSort {
     /// Sorts a cloud.
@@ -49,17 +38,16 @@ impl CellSort {
             self.find_cells(|_, _| true);
             return;
         };
-        if let Some(extent) = Extent::new(lattice, bounds.min, bounds.max) {
-            let key = |point: &Point| u64::from(extent.key(lattice, point));
-            if bounds.all_finite {
-                self.find_runs(points, key);
-            } else {
-                self.find_runs(points, |point| if is_finite(point) { key(point) } else { NOT_FINITE });
-            }
-            self.radix.sort(&mut self.entries, extent.max_key);
+        let Some(keys) = CellKeys::new(lattice, &bounds) else {
+            self.sort_by_each_axis(lattice, points);
+            return;
+        };
+        if let Ok(max_key) = u32::try_from(keys.max_key()) {
+            self.find_runs(&keys, points, |_, _| {});
+            self.radix.sort(&mut self.entries, max_key);
             self.find_cells(|a, b| (a ^ b) >> 32 == 0);
         } else {
-            self.sort_by_each_axis(lattice, points);
+            self.sort_by_wide_key(&keys, points);
         }
     }
 
@@ -82,26 +70,46 @@ impl CellSort {
         self.run_starts[run] as usize..self.run_starts[run + 1] as usize
     }
 
-    /// Cuts the cloud where the key changes, without a branch on what a processor cannot predict.
-    fn find_runs(&mut self, points: &[Point], key: impl Fn(&Point) -> u64) {
+    /// Cuts the cloud where the key changes, without a branch on what a processor cannot predict. Of a key the lower
+    /// 32 bits are put into the entries; `note` is told the number of each run with its whole key.
+    fn find_runs(&mut self, cell_keys: &CellKeys, points: &[Point], mut note: impl FnMut(usize, u64)) {
         self.run_starts.resize(points.len() + 1, 0);
         self.entries.resize(points.len(), 0);
-        let (mut runs, mut entries) = (0, 0);
+        let (mut runs, mut entries, mut index) = (0, 0, 0);
+        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
         // No point has this key.
-        let mut previous = NOT_FINITE - 1;
-        for (index, point) in (0..).zip(points) {
-            let key = key(point);
-            // Overwritten by the next point unless this one begins a run.
-            self.run_starts[runs] = index;
-            self.entries[entries] = key << 32 | runs as u64;
-            let begins = previous != key;
-            runs += usize::from(begins);
-            entries += usize::from(begins) & usize::from(key != NOT_FINITE);
-            previous = key;
+        let mut previous = CellKeys::NOT_FINITE - 1;
+        for points in points.chunks(BATCH) {
+            cell_keys.write(points, &mut keys);
+            for &key in &keys.as_flattened()[..points.len()] {
+                // Overwritten by the next point unless this one begins a run.
+                self.run_starts[runs] = index;
+                self.entries[entries] = key << 32 | runs as u64;
+                note(runs, key);
+                let begins = previous != key;
+                runs += usize::from(begins);
+                entries += usize::from(begins) & usize::from(key != CellKeys::NOT_FINITE);
+                (previous, index) = (key, index + 1);
+            }
         }
         self.run_starts.truncate(runs);
         self.run_starts.push(points.len() as u32);
         self.entries.truncate(entries);
+    }
+
+    /// By the lower half of the keys, then by the upper one; the sort is stable.
+    fn sort_by_wide_key(&mut self, cell_keys: &CellKeys, points: &[Point]) {
+        let mut keys = std::mem::take(&mut self.wide_keys);
+        keys.resize(points.len(), 0);
+        self.find_runs(cell_keys, points, |run, key| keys[run] = key);
+        self.radix.sort(&mut self.entries, u32::MAX);
+        let key = |entry: u64| keys[entry as u32 as usize];
+        for entry in &mut self.entries {
+            *entry = key(*entry) >> 32 << 32 | u64::from(*entry as u32);
+        }
+        self.radix.sort(&mut self.entries, (cell_keys.max_key() >> 32) as u32);
+        self.find_cells(|a, b| key(a) == key(b));
+        self.wide_keys = keys;
     }
 
     /// Least significant axis first; the sort is stable.
@@ -140,28 +148,32 @@ impl CellSort {
     }
 }
 
-impl Extent {
-    /// `None` when a key of 32 bits does not tell all cells apart.
-    fn new(lattice: CubicLattice, min: Point, max: Point) -> Option<Self> {
-        if !min.iter().chain(&max).all(|&x| lattice.counts(x)) {
-            return None;
-        }
-        let base = min.map(|x| lattice.counted_index(x));
-        let sizes: [u64; 3] =
-            std::array::from_fn(|axis| (lattice.counted_index(max[axis]) - base[axis]) as u64 + 1);
-        let cells = sizes[0].checked_mul(sizes[1])?.checked_mul(sizes[2])?;
-        let max_key = u32::try_from(cells - 1).ok()?;
-        Some(Self { base, cells: [sizes[1] as u32, sizes[2] as u32], max_key })
-    }
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
 
-    /// The cell's number, counted along z, then y, then x.
-    #[inline]
-    fn key(&self, lattice: CubicLattice, point: &Point) -> u32 {
-        let [x, y, z] = std::array::from_fn(|axis| {
-            // The low bits of 2^52 + i are i: a conversion without the checks of `as`.
-            (lattice.counted_index(point[axis]) - self.base[axis] + INTEGERS_FROM as f64).to_bits() as u32
-        });
-        // The products stay below the number of cells, for points within the extent.
-        x.wrapping_mul(self.cells[0]).wrapping_add(y).wrapping_mul(self.cells[1]).wrapping_add(z)
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+
+    #[test]
+    fn cells_are_in_order_and_have_their_points_in_the_order_of_the_cloud() {
+        let mut random = SplitMix64::new(7);
+        let mut coordinate = || if random.below(30) == 0 { f32::NAN } else { random.fraction() as f32 - 0.5 };
+        // Pairs of neighbours, so that there are runs.
+        let points: Vec<Point> =
+            (0..2000).map(|_| std::array::from_fn(|_| coordinate())).flat_map(|point| [point; 2]).collect();
+        let mut sort = CellSort::default();
+        // Keys of 10, of 30 and of 50 bits, and more cells than there are keys.
+        for side in [0.1, 1e-3, 1e-5, 5e-7] {
+            let lattice = CubicLattice::new(side);
+            let mut cells: BTreeMap<[i32; 3], Vec<usize>> = BTreeMap::new();
+            for (index, point) in points.iter().enumerate().filter(|(_, point)| is_finite(point)) {
+                cells.entry(point.map(|x| lattice.index(x))).or_default().push(index);
+            }
+            sort.sort(lattice, &points);
+            let found = (0..sort.cell_count()).map(|cell| sort.runs_of_cell(cell).flatten().collect());
+            assert_eq!(found.collect::<Vec<Vec<usize>>>(), cells.into_values().collect::<Vec<_>>(), "{side}");
+        }
     }
 }

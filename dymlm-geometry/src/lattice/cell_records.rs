@@ -1,0 +1,160 @@
+use dymlm_core::{Point, Rgb};
+
+use super::bounds::Bounds;
+use super::cell_keys::{BATCH, CellKeys, TOGETHER};
+use super::{CellSort, CubicLattice};
+
+/// Most records that are sorted by insertion.
+const FEW: usize = 20;
+/// Records that a part has on average, where the keys are spread evenly.
+const PART: usize = 4;
+/// Records are put into at most 2^`MAX_PART_BITS` parts at a time: to so many places a processor writes in turn
+/// without waiting for memory.
+const MAX_PART_BITS: u32 = 9;
+
+/// The points of a cloud with their colours, copied into the order of their lattice cells.
+///
+/// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not finite
+/// are left out.
+///
+/// What is moved is the points themselves: to sort their numbers instead, and to fetch each point from where it
+/// stands in the cloud, takes several times as long once the cloud is larger than the caches. Records are put into
+/// parts by the upper bits of their keys, then those of a part by the next bits, until a part is small: O(n).
+#[derive(Debug, Default)]
+pub(crate) struct CellRecords {
+    records: Vec<Record>,
+    spare: Vec<Record>,
+    /// Where the parts end that records are being put into.
+    ends: Vec<usize>,
+    /// For clouds whose extent holds more cells than there are keys.
+    sort: CellSort,
+}
+
+/// A point, with the key of its cell.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Record {
+    key: u64,
+    pub(crate) point: Point,
+    /// Black where the cloud has no colours.
+    pub(crate) color: Rgb,
+}
+
+impl CellRecords {
+    /// Copies a cloud's points; `colors` are as many or none.
+    pub(crate) fn sort(&mut self, lattice: CubicLattice, points: &[Point], colors: &[Rgb]) {
+        self.records.clear();
+        self.records.reserve(points.len());
+        let Some(bounds) = Bounds::of(points) else { return };
+        let color = |index: usize| colors.get(index).copied().unwrap_or_default();
+        match CellKeys::new(lattice, &bounds) {
+            Some(keys) => self.sort_by_key(&keys, points, color),
+            None => self.copy_sorted(lattice, points, color),
+        }
+    }
+
+    /// The points of each cell.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = &[Record]> {
+        self.records.chunk_by(|one, next| one.key == next.key)
+    }
+
+    fn sort_by_key(&mut self, cell_keys: &CellKeys, points: &[Point], color: impl Fn(usize) -> Rgb) {
+        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
+        for (batch, points) in points.chunks(BATCH).enumerate() {
+            cell_keys.write(points, &mut keys);
+            let found = keys.as_flattened().iter().zip(points).zip(batch * BATCH..);
+            let finite = found.filter(|((key, _), _)| **key != CellKeys::NOT_FINITE);
+            let record = |((&key, &point), index)| Record { key, point, color: color(index) };
+            self.records.extend(finite.map(record));
+        }
+        let count = self.records.len();
+        // What is in there is overwritten, so that it need not be cleared.
+        self.spare.resize(self.spare.len().max(count), Record::default());
+        let bits = u64::BITS - cell_keys.max_key().leading_zeros();
+        sort(&mut self.records, &mut self.spare[..count], bits, false, &mut self.ends);
+    }
+
+    /// Copies points that are fetched in the order of their cells.
+    fn copy_sorted(&mut self, lattice: CubicLattice, points: &[Point], color: impl Fn(usize) -> Rgb) {
+        self.sort.sort(lattice, points);
+        for cell in 0..self.sort.cell_count() {
+            let indices = self.sort.runs_of_cell(cell).flatten();
+            let record = |index| Record { key: cell as u64, point: points[index], color: color(index) };
+            self.records.extend(indices.map(record));
+        }
+    }
+}
+
+/// Sorts records by the lowest `bits` of their keys, in which alone they differ; those of equal keys keep their
+/// order. The result is in `spare` or else in `records`; the content of the other is lost. What is in `ends` stays.
+fn sort(records: &mut [Record], spare: &mut [Record], bits: u32, into_spare: bool, ends: &mut Vec<usize>) {
+    if records.len() <= FEW || bits == 0 {
+        if bits > 0 {
+            records.sort_by_key(|record| record.key);
+        }
+        if into_spare {
+            spare.copy_from_slice(records);
+        }
+        return;
+    }
+    let part_bits = (records.len() / PART).ilog2().min(MAX_PART_BITS).min(bits);
+    let rest = bits - part_bits;
+    let part = |record: &Record| (record.key >> rest) as usize & ((1 << part_bits) - 1);
+    let (own, parts) = (ends.len(), 1 << part_bits);
+    ends.resize(own + parts, 0);
+    let counts = &mut ends[own..];
+    for record in records.iter() {
+        counts[part(record)] += 1;
+    }
+    let mut count = 0;
+    for end in counts.iter_mut() {
+        count += std::mem::replace(end, count);
+    }
+    for record in records.iter() {
+        let place = &mut counts[part(record)];
+        spare[*place] = *record;
+        *place += 1;
+    }
+    let mut first = 0;
+    for part in own..own + parts {
+        let end = ends[part];
+        sort(&mut spare[first..end], &mut records[first..end], rest, !into_spare, ends);
+        first = end;
+    }
+    ends.truncate(own);
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::SplitMix64;
+
+    use super::*;
+
+    #[test]
+    fn records_are_sorted_stably_however_their_keys_are_spread() {
+        let mut random = SplitMix64::new(3);
+        for count in [0, 1, 2, 19, 21, 300, 20_000] {
+            for bits in [0, 1, 9, 27, 52] {
+                // Evenly, and most of them in one part of the parts.
+                for spread in [bits, bits.min(5)] {
+                    let mut key = || {
+                        let bits = if random.below(50) == 0 { bits } else { spread };
+                        random.below(1 << bits) as u64
+                    };
+                    let record = |index| Record { key: key(), point: [index as f32; 3], color: [0; 3] };
+                    let mut records: Vec<Record> = (0..count).map(record).collect();
+                    let mut expected = records.clone();
+                    expected.sort_by_key(|record| record.key);
+                    let mut spare = vec![Record::default(); records.len()];
+                    let mut ends = Vec::new();
+                    for into_spare in [true, false] {
+                        sort(&mut records, &mut spare, bits, into_spare, &mut ends);
+                        let sorted = if into_spare { &mut spare } else { &mut records };
+                        assert_eq!(*sorted, expected, "{count} records, {bits} bits");
+                        records.copy_from_slice(&expected);
+                    }
+                    assert!(ends.is_empty());
+                }
+            }
+        }
+    }
+}
