@@ -15,8 +15,8 @@ use dymlm_test_support::recording;
 
 /// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures;
 /// everything else about it is tested.
-struct Surface {
-    name: &'static str,
+pub(crate) struct Surface {
+    pub(crate) name: &'static str,
     /// A point on it, metres, and its normal; world.
     point: [f64; 3],
     normal: [f64; 3],
@@ -29,7 +29,7 @@ struct Surface {
 const LEAST_SHARE: f64 = 0.9;
 
 const UP: [f64; 3] = [0.0089, -0.9044, -0.4265];
-const SURFACES: [Surface; 7] = [
+pub(crate) const SURFACES: [Surface; 7] = [
     Surface { name: "table top", point: [-0.08, 0.01, 1.77], normal: UP, reach: 1.2 },
     // No frame shows both of its parts, before the table and far behind it.
     Surface { name: "floor", point: [-1.51, 0.67, 2.03], normal: UP, reach: 4.0 },
@@ -82,7 +82,7 @@ fn undetected_people_are_no_planes() {
 
 /// Prints the planes of a surface, and returns whether one of them holds enough of it.
 fn is_one(surface: &Surface, planes: &PlaneMap) -> bool {
-    let mut parts: Vec<&MapPlane> = planes.iter().filter(|plane| is_of(plane, surface)).collect();
+    let mut parts: Vec<&MapPlane> = planes.iter().filter(|plane| surface.has(plane)).collect();
     parts.sort_by(|a, b| b.area().total_cmp(&a.area()));
     let sum: f64 = parts.iter().map(|plane| plane.area()).sum();
     let share = parts.first().map_or(0.0, |plane| plane.area() / sum);
@@ -102,11 +102,14 @@ fn offset(plane: &MapPlane, surface: &Surface) -> f64 {
     dot(plane.centroid(), surface.normal) - dot(surface.point, surface.normal)
 }
 
-fn is_of(plane: &MapPlane, surface: &Surface) -> bool {
-    let to_centroid: [f64; 3] = std::array::from_fn(|axis| plane.centroid()[axis] - surface.point[axis]);
-    dot(plane.plane().normal(), surface.normal) >= COS_ANGLE
-        && offset(plane, surface).abs() <= OFFSET
-        && dot(to_centroid, to_centroid) <= surface.reach * surface.reach
+impl Surface {
+    /// Whether a plane of the map belongs to the surface.
+    pub(crate) fn has(&self, plane: &MapPlane) -> bool {
+        let to_centroid: [f64; 3] = std::array::from_fn(|axis| plane.centroid()[axis] - self.point[axis]);
+        dot(plane.plane().normal(), self.normal) >= COS_ANGLE
+            && offset(plane, self).abs() <= OFFSET
+            && dot(to_centroid, to_centroid) <= self.reach * self.reach
+    }
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

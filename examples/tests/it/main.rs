@@ -7,6 +7,7 @@ mod evaluate;
 mod example_program;
 mod kitchen_objects;
 mod kitchen_planes;
+mod kitchen_refinement;
 mod map;
 mod readme;
 mod report_page;
