@@ -1,6 +1,6 @@
 use dymlm_core::{ConfigError, Point, PointCloud, Rgb, check_range};
 
-use crate::lattice::{CellRecords, CubicLattice, Record};
+use crate::lattice::{CellNumbers, CellRecords, CubicLattice, Record};
 
 /// How coarse a downsampled cloud is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,9 @@ impl Default for VoxelGridConfig {
 /// rounded to f32 once, so that a centroid is off by half a unit in the last place at most, plus 2^-53 per
 /// point; mean colours are rounded to the nearest, halves up. Points that are not finite are left out.
 ///
-/// O(n): a radix sort puts the points in the order of their voxels. On one thread, with feature `parallel` too.
+/// O(n): a hash table finds the voxels, sums are taken point by point, and a radix sort puts the voxels in
+/// order; of a large cloud with too many voxels for a processor's caches, a radix sort puts the points in order. On
+/// one thread, with feature `parallel` too.
 ///
 /// Same meaning as PCL's `VoxelGrid`; Rusu, Cousins: "3D is here: Point Cloud Library (PCL)", ICRA 2011.
 ///
@@ -53,6 +55,9 @@ pub struct VoxelGrid {
 /// Working memory of [`VoxelGrid::downsample_into`]; kept between calls, it saves all allocation.
 #[derive(Debug, Default)]
 pub struct VoxelGridScratch {
+    voxels: CellNumbers,
+    sums: Sums,
+    /// Of large, scattered clouds.
     records: CellRecords,
 }
 
@@ -82,37 +87,71 @@ impl VoxelGrid {
         scratch: &mut VoxelGridScratch,
         downsampled: &mut PointCloud,
     ) {
-        let VoxelGridScratch { records } = scratch;
-        records.sort(self.lattice, cloud.points(), cloud.colors().unwrap_or_default());
-
-        let (mut points, mut colors) = std::mem::take(downsampled).into_parts();
-        points.clear();
-        if cloud.colors().is_some() {
-            colors.get_or_insert_default().clear();
+        let VoxelGridScratch { voxels, sums, records } = scratch;
+        let (mut points, colors) = std::mem::take(downsampled).into_parts();
+        let mut colors = colors.unwrap_or_default();
+        if records.sort(self.lattice, cloud.points(), cloud.colors().unwrap_or_default()) {
+            write(records, |record| record.point, &mut points, centroid);
+            if cloud.colors().is_some() {
+                write(records, |record| record.color, &mut colors, mean_color);
+            }
         } else {
-            colors = None;
-        }
-        for voxel in records.cells() {
-            points.push(centroid(sums(voxel, |record| record.point.map(f64::from))));
-            if let Some(colors) = &mut colors {
-                colors.push(mean_color(sums(voxel, |record| record.color.map(f64::from))));
+            voxels.find(self.lattice, cloud.points());
+            sums.take(voxels, cloud.points());
+            sums.write(voxels, &mut points, centroid);
+            if let Some(all_colors) = cloud.colors() {
+                sums.take(voxels, all_colors);
+                sums.write(voxels, &mut colors, mean_color);
             }
         }
-        *downsampled = match colors {
+        *downsampled = match cloud.colors() {
             None => PointCloud::new(points),
             // One point and one colour per voxel, so that the counts agree.
-            Some(colors) => PointCloud::with_colors(points, colors).unwrap_or_default(),
+            Some(_) => PointCloud::with_colors(points, colors).unwrap_or_default(),
         };
     }
 }
 
-/// The sums of three values over a voxel's points, in the order of the cloud, and the number of points.
+/// Writes one average per voxel.
+fn write<T, N: Copy + Into<f64>>(
+    records: &CellRecords,
+    value: impl Fn(&Record) -> [N; 3],
+    averages: &mut Vec<T>,
+    of: impl Fn([f64; 4]) -> T,
+) {
+    averages.clear();
+    averages.extend(
+        records.cells().map(|voxel| of(voxel.iter().fold([0.0; 4], |sum, record| add(sum, value(record))))),
+    );
+}
+
+/// Adds one value.
 #[inline]
-fn sums(voxel: &[Record], values: impl Fn(&Record) -> [f64; 3]) -> [f64; 4] {
-    voxel.iter().fold([0.0; 4], |sum, record| {
-        let [x, y, z] = values(record);
-        [sum[0] + x, sum[1] + y, sum[2] + z, sum[3] + 1.0]
-    })
+fn add<N: Copy + Into<f64>>(sum: [f64; 4], value: [N; 3]) -> [f64; 4] {
+    let [x, y, z] = value.map(Into::into);
+    [sum[0] + x, sum[1] + y, sum[2] + z, sum[3] + 1.0]
+}
+
+/// Sums of three values, and the number of summands, by the voxel's number.
+#[derive(Debug, Default)]
+struct Sums(Vec<[f64; 4]>);
+
+impl Sums {
+    /// Sums over the points of each voxel, in the order of the cloud.
+    fn take<T: Copy + Into<f64>>(&mut self, voxels: &CellNumbers, values: &[[T; 3]]) {
+        self.0.clear();
+        self.0.resize(voxels.end(), [0.0; 4]);
+        for (&number, value) in voxels.of_points().iter().zip(values) {
+            let sum = &mut self.0[number as usize];
+            *sum = add(*sum, *value);
+        }
+    }
+
+    /// Writes one average per voxel.
+    fn write<T>(&self, voxels: &CellNumbers, averages: &mut Vec<T>, of: impl Fn([f64; 4]) -> T) {
+        averages.clear();
+        averages.extend(voxels.ascending().map(|number| of(self.0[number])));
+    }
 }
 
 #[inline]

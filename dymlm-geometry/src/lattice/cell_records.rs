@@ -1,8 +1,9 @@
 use dymlm_core::{Point, Rgb};
 
+use super::CubicLattice;
 use super::bounds::Bounds;
 use super::cell_keys::{BATCH, CellKeys, TOGETHER};
-use super::{CellSort, CubicLattice};
+use super::cell_table::{CellTable, spread};
 
 /// Most records that are sorted by insertion.
 const FEW: usize = 20;
@@ -12,22 +13,27 @@ const PART: usize = 4;
 /// without waiting for memory.
 const MAX_PART_BITS: u32 = 9;
 
-/// The points of a cloud with their colours, copied into the order of their lattice cells.
+/// Cells of which a table stays in a processor's caches; fewer points are not asked for how many cells they have.
+const CACHED: usize = 1 << 18;
+/// One cell in so many is counted.
+const SAMPLED: u64 = 64;
+
+/// The points of a large, scattered cloud with their colours, copied into the order of their lattice cells.
 ///
 /// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not finite
 /// are left out.
 ///
-/// What is moved is the points themselves: to sort their numbers instead, and to fetch each point from where it
-/// stands in the cloud, takes several times as long once the cloud is larger than the caches. Records are put into
-/// parts by the upper bits of their keys, then those of a part by the next bits, until a part is small: O(n).
+/// What is moved is the points themselves. [`CellNumbers`](super::CellNumbers) looks up each point's cell in a table,
+/// which is less work as long as the table stays in the caches. Records are put into parts by the upper bits of their
+/// keys, then those of a part by the next bits, until a part is small: O(n), with memory read and written in turn.
 #[derive(Debug, Default)]
 pub(crate) struct CellRecords {
     records: Vec<Record>,
     spare: Vec<Record>,
     /// Where the parts end that records are being put into.
     ends: Vec<usize>,
-    /// For clouds whose extent holds more cells than there are keys.
-    sort: CellSort,
+    /// Cells by which their number is estimated.
+    sampled: CellTable,
 }
 
 /// A point, with the key of its cell.
@@ -40,29 +46,25 @@ pub(crate) struct Record {
 }
 
 impl CellRecords {
-    /// Copies a cloud's points; `colors` are as many or none.
-    pub(crate) fn sort(&mut self, lattice: CubicLattice, points: &[Point], colors: &[Rgb]) {
+    /// Copies the points of a cloud whose cells are too many for the caches, and returns true. Returns false for
+    /// another one, and where its extent holds more cells than there are keys. `colors` are as many or none.
+    pub(crate) fn sort(&mut self, lattice: CubicLattice, points: &[Point], colors: &[Rgb]) -> bool {
         self.records.clear();
-        self.records.reserve(points.len());
-        let Some(bounds) = Bounds::of(points) else { return };
-        let color = |index: usize| colors.get(index).copied().unwrap_or_default();
-        match CellKeys::new(lattice, &bounds) {
-            Some(keys) => self.sort_by_key(&keys, points, color),
-            None => self.copy_sorted(lattice, points, color),
+        if points.len() < 2 * CACHED {
+            return false;
         }
-    }
-
-    /// The points of each cell.
-    pub(crate) fn cells(&self) -> impl Iterator<Item = &[Record]> {
-        self.records.chunk_by(|one, next| one.key == next.key)
-    }
-
-    fn sort_by_key(&mut self, cell_keys: &CellKeys, points: &[Point], color: impl Fn(usize) -> Rgb) {
+        let keys = Bounds::of(points).and_then(|bounds| CellKeys::new(lattice, &bounds));
+        let sampled = &mut self.sampled;
+        let Some(cell_keys) = keys.filter(|keys| keys.count_cells(points, sampled) > CACHED) else {
+            return false;
+        };
+        self.records.reserve(points.len());
         let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
         for (batch, points) in points.chunks(BATCH).enumerate() {
             cell_keys.write(points, &mut keys);
             let found = keys.as_flattened().iter().zip(points).zip(batch * BATCH..);
             let finite = found.filter(|((key, _), _)| **key != CellKeys::NOT_FINITE);
+            let color = |index: usize| colors.get(index).copied().unwrap_or_default();
             let record = |((&key, &point), index)| Record { key, point, color: color(index) };
             self.records.extend(finite.map(record));
         }
@@ -71,16 +73,28 @@ impl CellRecords {
         self.spare.resize(self.spare.len().max(count), Record::default());
         let bits = u64::BITS - cell_keys.max_key().leading_zeros();
         sort(&mut self.records, &mut self.spare[..count], bits, false, &mut self.ends);
+        true
     }
 
-    /// Copies points that are fetched in the order of their cells.
-    fn copy_sorted(&mut self, lattice: CubicLattice, points: &[Point], color: impl Fn(usize) -> Rgb) {
-        self.sort.sort(lattice, points);
-        for cell in 0..self.sort.cell_count() {
-            let indices = self.sort.runs_of_cell(cell).flatten();
-            let record = |index| Record { key: cell as u64, point: points[index], color: color(index) };
-            self.records.extend(indices.map(record));
+    /// The points of each cell.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = &[Record]> {
+        self.records.chunk_by(|one, next| one.key == next.key)
+    }
+}
+
+impl CellKeys {
+    /// About how many cells hold points.
+    fn count_cells(&self, points: &[Point], sampled: &mut CellTable) -> usize {
+        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
+        sampled.clear(points.len() / SAMPLED as usize);
+        for points in points.chunks(BATCH) {
+            self.write(points, &mut keys);
+            let keys = keys.as_flattened()[..points.len()].iter();
+            for &key in keys.filter(|key| spread(**key) < u64::MAX / SAMPLED) {
+                sampled.number(key);
+            }
         }
+        sampled.keys().len() * SAMPLED as usize
     }
 }
 
@@ -88,9 +102,8 @@ impl CellRecords {
 /// order. The result is in `spare` or else in `records`; the content of the other is lost. What is in `ends` stays.
 fn sort(records: &mut [Record], spare: &mut [Record], bits: u32, into_spare: bool, ends: &mut Vec<usize>) {
     if records.len() <= FEW || bits == 0 {
-        if bits > 0 {
-            records.sort_by_key(|record| record.key);
-        }
+        // Without a bit they are in order, which it sees.
+        records.sort_by_key(|record| record.key);
         if into_spare {
             spare.copy_from_slice(records);
         }

@@ -1,7 +1,7 @@
 //! The voxel grid against a plain reference, and on degenerate clouds.
 use std::collections::BTreeMap;
 
-use dymlm_core::{Point, PointCloud, Rgb};
+use dymlm_core::{Point, PointCloud, Rgb, SplitMix64};
 use dymlm_geometry::{VoxelGrid, VoxelGridConfig, VoxelGridScratch};
 use proptest::prelude::*;
 
@@ -109,4 +109,15 @@ fn refuses_settings_out_of_range() {
     }
     voxel_grid(1e-5);
     voxel_grid(1e5);
+}
+
+/// So many that they are sorted instead of looked up.
+#[test]
+fn a_large_scattered_cloud_equals_the_reference() {
+    let mut random = SplitMix64::new(9);
+    let mut coordinate = || if random.below(1000) == 0 { f32::NAN } else { 2.0 * random.fraction() as f32 };
+    let points: Vec<Point> = (0..600_000).map(|_| std::array::from_fn(|_| coordinate())).collect();
+    let colors = (0..points.len()).map(|index| [index as u8, (index / 256) as u8, 7]).collect();
+    let cloud = PointCloud::with_colors(points, colors).unwrap();
+    assert_eq!(voxel_grid(0.01).downsample(&cloud), reference(&cloud, 0.01));
 }
