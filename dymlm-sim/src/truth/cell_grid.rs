@@ -59,17 +59,37 @@ impl CellGrid {
         self.counts.iter().product()
     }
 
+    /// The grid of cells with `factor` times the side that has the same lowest corner and holds this one.
+    pub(super) fn coarser(self, factor: usize) -> Self {
+        let counts = self.counts.map(|count| count.div_ceil(factor));
+        Self { size: self.size * factor as f32, counts, ..self }
+    }
+
     /// The cell that holds a point.
     pub(super) fn cell(&self, point: Vec3) -> Option<usize> {
+        self.place(point).map(|place| self.index(place))
+    }
+
+    /// Where the cell that holds a point is along each axis.
+    pub(super) fn place(&self, point: Vec3) -> Option<[usize; 3]> {
         let place = ((point - self.corner) / self.size).floor().to_array();
         let inside = |axis: usize| place[axis] >= 0.0 && place[axis] < self.counts[axis] as f32;
-        (inside(0) && inside(1) && inside(2)).then(|| self.index(place.map(|c| c as usize)))
+        (inside(0) && inside(1) && inside(2)).then(|| place.map(|c| c as usize))
+    }
+
+    /// Where a cell is along each axis.
+    pub(super) fn place_of(&self, cell: usize) -> [usize; 3] {
+        let [_, ny, nz] = self.counts;
+        [cell / (ny * nz), cell / nz % ny, cell % nz]
     }
 
     /// The middle of a cell.
     pub(super) fn center(&self, cell: usize) -> Vec3 {
-        let [_, ny, nz] = self.counts;
-        let place = [cell / (ny * nz), cell / nz % ny, cell % nz];
+        self.center_of(self.place_of(cell))
+    }
+
+    /// The middle of the cell at a place.
+    pub(super) fn center_of(&self, place: [usize; 3]) -> Vec3 {
         self.corner + (Vec3::from(place.map(|c| c as f32)) + 0.5) * self.size
     }
 
@@ -87,7 +107,8 @@ impl CellGrid {
         })
     }
 
-    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+    /// The cell at a place.
+    pub(super) fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         (x * self.counts[1] + y) * self.counts[2] + z
     }
 }

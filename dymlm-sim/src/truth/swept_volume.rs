@@ -1,5 +1,6 @@
 use std::ops::RangeInclusive;
 
+use dymlm_core::vector3::norm;
 use dymlm_core::{Point, Pose};
 use parry3d::math::Vec3;
 
@@ -8,15 +9,25 @@ use crate::SimulatedFrame;
 use crate::scene::Part;
 
 /// The cells of 5 cm whose centres are in a body, or within a margin of one, at one of the given times.
+///
+/// They are kept by blocks, so that hours in many rooms cost what the bodies pass by and what a frame may see: a block
+/// that was swept whole is not looked at again, nor is one that is out of reach.
 #[derive(Debug, Clone)]
 pub(super) struct SweptVolume {
-    grid: CellGrid,
-    swept: Vec<bool>,
-    /// Number of frames that looked through each cell.
-    looks: Vec<u32>,
+    cells: CellGrid,
+    blocks: CellGrid,
+    /// By block, a bit for each cell.
+    swept: Vec<u64>,
+    /// The blocks with swept cells, ascending, and the number of frames that looked through each cell.
+    looks: Vec<(usize, Box<[u32; BLOCK_CELLS]>)>,
 }
 
 const CELL: f32 = 0.05;
+/// Cells of a block along each axis, and in all.
+const BLOCK_SIDE: usize = 4;
+const BLOCK_CELLS: usize = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE;
+/// From the middle of a block to the middles of its outermost cells, metres, rounded up.
+const BLOCK_RADIUS: f32 = 0.131;
 /// Half a cell's diagonal, metres: a ray that goes on for longer behind a cell's centre leaves the cell.
 const HALF_DIAGONAL: f64 = 0.043_3;
 
@@ -28,24 +39,50 @@ impl SweptVolume {
         bodies_at: impl Fn(f64, &mut Vec<Part>),
     ) -> Self {
         let mut bodies = Vec::new();
-        let mut grid = CellGrid::EMPTY;
+        let mut cells = CellGrid::EMPTY;
         for time in times.clone() {
             bodies_at(time, &mut bodies);
-            grid = grid.joined(CellGrid::around(&bodies, margin + CELL, CELL));
+            cells = cells.joined(CellGrid::around(&bodies, margin + CELL, CELL));
         }
-
-        let mut swept = vec![false; grid.len()];
+        let blocks = cells.coarser(BLOCK_SIDE);
+        let mut volume = Self { cells, blocks, swept: vec![0; blocks.len()], looks: Vec::new() };
         for time in times {
             bodies_at(time, &mut bodies);
-            for body in &bodies {
-                let [center, half] = bounds(body);
-                for cell in grid.cells_within([center, half + Vec3::splat(margin)]) {
-                    let local = || body.scene_from_part.inverse_transform_point(grid.center(cell));
-                    swept[cell] = swept[cell] || body.shape.reaches(local(), margin);
-                }
+            bodies.iter().for_each(|body| volume.add(body, margin));
+        }
+        let filled = volume.swept.iter().enumerate().filter(|(_, cells)| **cells != 0);
+        volume.looks = filled.map(|(block, _)| (block, Box::new([0; BLOCK_CELLS]))).collect();
+        volume
+    }
+
+    /// Adds the cells in a body and within a margin of it.
+    fn add(&mut self, body: &Part, margin: f32) {
+        let [center, half] = bounds(body);
+        let reaches = |place: Vec3, margin: f32| {
+            body.shape.reaches(body.scene_from_part.inverse_transform_point(place), margin)
+        };
+        for block in self.blocks.cells_within([center, half + Vec3::splat(margin)]) {
+            let middle = self.blocks.center(block);
+            if self.swept[block] == u64::MAX || !reaches(middle, margin + BLOCK_RADIUS) {
+                continue;
+            }
+            if margin > BLOCK_RADIUS && reaches(middle, margin - BLOCK_RADIUS) {
+                self.swept[block] = u64::MAX;
+                continue;
+            }
+            for cell in 0..BLOCK_CELLS {
+                let is_swept =
+                    self.swept[block] >> cell & 1 == 1 || reaches(self.center(block, cell), margin);
+                self.swept[block] |= u64::from(is_swept) << cell;
             }
         }
-        Self { looks: vec![0; grid.len()], grid, swept }
+    }
+
+    /// The middle of a cell of a block.
+    fn center(&self, block: usize, cell: usize) -> Vec3 {
+        let (side, first) = (BLOCK_SIDE, self.blocks.place_of(block).map(|c| c * BLOCK_SIDE));
+        let [x, y, z] = [cell / (side * side), cell / side % side, cell % side];
+        self.cells.center_of([first[0] + x, first[1] + y, first[2] + z])
     }
 
     /// Notes which cells within range a frame looks through.
@@ -55,20 +92,44 @@ impl SweptVolume {
         camera_from_scene: &Pose,
         range: &RangeInclusive<f64>,
     ) {
-        for cell in (0..self.swept.len()).filter(|&cell| self.swept[cell]) {
-            let center = self.grid.center(cell).to_array().map(f64::from);
-            let place = camera_from_scene.transform_point(center);
-            self.looks[cell] += u32::from(frame.looks_through(place, range, HALF_DIAGONAL));
+        let camera = frame.frame.camera();
+        let corner = [[0, 0], [camera.width(), 0], [0, camera.height()], [camera.width(), camera.height()]]
+            .map(|corner| norm(camera.back_project(corner.map(|c| c as f64), 1.0)));
+        let radius = f64::from(BLOCK_RADIUS);
+        let farthest = corner.into_iter().fold(1.0, f64::max) * range.end() + radius;
+        let in_camera = |place: Vec3| camera_from_scene.transform_point(place.to_array().map(f64::from));
+        let mut looks = std::mem::take(&mut self.looks);
+        for (block, looks) in &mut looks {
+            let middle = in_camera(self.blocks.center(*block));
+            if norm(middle) > farthest || middle[2] + radius < *range.start() {
+                continue;
+            }
+            for cell in (0..BLOCK_CELLS).filter(|cell| self.swept[*block] >> cell & 1 == 1) {
+                let place = in_camera(self.center(*block, cell));
+                looks[cell] += u32::from(frame.looks_through(place, range, HALF_DIAGONAL));
+            }
         }
+        self.looks = looks;
     }
 
     /// Whether at least this many frames looked through the cell of a point.
     pub(super) fn is_looked_through(&self, point: Point, least: u32) -> bool {
-        self.grid.cell(point.into()).is_some_and(|cell| self.looks[cell] >= least)
+        let looks = self.cell(point).and_then(|(block, cell)| {
+            let index = self.looks.binary_search_by_key(&block, |(block, _)| *block).ok()?;
+            Some(self.looks[index].1[cell])
+        });
+        looks.is_some_and(|looks| looks >= least)
     }
 
     pub(super) fn contains(&self, point: Point) -> bool {
-        self.grid.cell(point.into()).is_some_and(|cell| self.swept[cell])
+        self.cell(point).is_some_and(|(block, cell)| self.swept[block] >> cell & 1 == 1)
+    }
+
+    /// The block that holds a point, and its cell.
+    fn cell(&self, point: Point) -> Option<(usize, usize)> {
+        let place = self.cells.place(point.into())?;
+        let [x, y, z] = place.map(|c| c % BLOCK_SIDE);
+        Some((self.blocks.index(place.map(|c| c / BLOCK_SIDE)), (x * BLOCK_SIDE + y) * BLOCK_SIDE + z))
     }
 }
 
