@@ -175,20 +175,14 @@ fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
     let r = radii.to_array().map(f64::from);
     let p = point.to_array().map(|c| f64::from(c.abs()));
     let smallest = r[0].min(r[1]).min(r[2]);
-    let excess = |t: f64| (0..3).map(|i| (r[i] * p[i] / (r[i] * r[i] + t)).powi(2)).sum::<f64>() - 1.0;
-
-    let mut low = -smallest * smallest;
-    let mut high = low + (0..3).map(|i| (r[i] * p[i]).powi(2)).sum::<f64>().sqrt();
-    for _ in 0..44 {
-        let middle = 0.5 * (low + high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
-    }
+    let is_outside = sum(|i| (p[i] / r[i]).powi(2)) > 1.0;
+    let root = if is_outside { root_outside(r, p) } else { root_inside(r, p, smallest) };
 
     let mut nearest = [0.0; 3];
     let mut shortest = None;
     let mut rest = 1.0;
     for i in 0..3 {
-        let divisor = r[i] * r[i] + high;
+        let divisor = r[i] * r[i] + root;
         if divisor > 1e-9 * r[i] * r[i] {
             nearest[i] = r[i] * r[i] * p[i] / divisor;
             rest -= (r[i] * p[i] / divisor).powi(2);
@@ -201,6 +195,39 @@ fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
         nearest[i] = smallest * rest.max(0.0).sqrt();
     }
     (0..3).map(|i| (nearest[i] - p[i]).powi(2)).sum::<f64>().sqrt() as f32
+}
+
+/// The largest root t for a point outside, by steps from 0: the inverse of the sum's root is nearly linear in t (More
+/// and Sorensen, "Computing a trust region step", 1983).
+fn root_outside(r: [f64; 3], p: [f64; 3]) -> f64 {
+    let mut t = 0.0;
+    for _ in 0..20 {
+        let square = sum(|i| (r[i] * p[i] / (r[i] * r[i] + t)).powi(2));
+        let slope = -2.0 * sum(|i| (r[i] * p[i]).powi(2) / (r[i] * r[i] + t).powi(3));
+        let step = 2.0 * square * (1.0 - square.sqrt()) / slope;
+        t += step;
+        if step.abs() <= 1e-14 * t {
+            break;
+        }
+    }
+    t
+}
+
+/// The largest root t for a point inside, where the sum may have a pole close by: by bisection.
+fn root_inside(r: [f64; 3], p: [f64; 3], smallest: f64) -> f64 {
+    let mut low = -smallest * smallest;
+    let mut high = low + sum(|i| (r[i] * p[i]).powi(2)).sqrt();
+    for _ in 0..44 {
+        let middle = 0.5 * (low + high);
+        let is_low = sum(|i| (r[i] * p[i] / (r[i] * r[i] + middle)).powi(2)) > 1.0;
+        if is_low { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// The sum over the three axes.
+fn sum(term: impl Fn(usize) -> f64) -> f64 {
+    (0..3).map(term).sum()
 }
 
 /// The capsule whose axis runs from `a` to `b`.
