@@ -89,8 +89,9 @@ impl CellKeys {
         sampled.clear(points.len() / SAMPLED as usize);
         for points in points.chunks(BATCH) {
             self.write(points, &mut keys);
-            let keys = keys.as_flattened()[..points.len()].iter();
-            for &key in keys.filter(|key| spread(**key) < u64::MAX / SAMPLED) {
+            // By bits in the middle: the upper ones choose the place in the table.
+            let is_sampled = |key: u64| (spread(key) >> 32).is_multiple_of(SAMPLED);
+            for &key in keys.as_flattened()[..points.len()].iter().filter(|key| is_sampled(**key)) {
                 sampled.number(key);
             }
         }
