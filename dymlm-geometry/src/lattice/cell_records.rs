@@ -103,8 +103,10 @@ impl CellKeys {
 /// order. The result is in `spare` or else in `records`; the content of the other is lost. What is in `ends` stays.
 fn sort(records: &mut [Record], spare: &mut [Record], bits: u32, into_spare: bool, ends: &mut Vec<usize>) {
     if records.len() <= FEW || bits == 0 {
-        // Without a bit they are in order, which it sees.
-        records.sort_by_key(|record| record.key);
+        // Without a bit all keys are the same; the library would ask for memory to find that out.
+        if bits > 0 {
+            records.sort_by_key(|record| record.key);
+        }
         if into_spare {
             spare.copy_from_slice(records);
         }
