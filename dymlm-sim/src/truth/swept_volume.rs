@@ -48,7 +48,9 @@ impl SweptVolume {
         let mut volume = Self { cells, blocks, swept: vec![0; blocks.len()], looks: Vec::new() };
         for time in times {
             bodies_at(time, &mut bodies);
-            bodies.iter().for_each(|body| volume.add(body, margin));
+            for body in &bodies {
+                volume.add(body, margin);
+            }
         }
         let filled = volume.swept.iter().enumerate().filter(|(_, cells)| **cells != 0);
         volume.looks = filled.map(|(block, _)| (block, Box::new([0; BLOCK_CELLS]))).collect();
