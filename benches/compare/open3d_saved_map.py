@@ -1,6 +1,6 @@
 """Size and times of Open3D's saved map of a recording, to be held beside those of `--bin saving`.
 
-Integrates all frames into a VoxelBlockGrid (distance, weight and colour in 32 bits each, as in Open3D's own example) with
+Integrates all frames into a VoxelBlockGrid (distance, weight and three colours in 32 bits each, as in Open3D's own example) with
 voxels as large as ours, saves it, loads it, and extracts its points.
 
     OMP_NUM_THREADS=1 .venv/bin/python open3d_saved_map.py ../shared/data/kitchen
@@ -58,7 +58,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "map.npz"
         _, save = timed(lambda: grid.save(str(file)))
-        held = int((grid.attribute("weight").numpy() > 0).sum())
+        held = int((grid.attribute("weight").numpy()[grid.hashmap().active_buf_indices().numpy()] > 0).sum())
         size = file.stat().st_size
         print(f"saved in {save:.0f} ms; {size / 1e6:.1f} MB, {size / held:.1f} bytes for each of {held} voxels")
         loaded, load = timed(lambda: o3d.t.geometry.VoxelBlockGrid.load(str(file)))

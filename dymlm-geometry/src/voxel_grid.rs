@@ -90,7 +90,7 @@ impl VoxelGrid {
         let VoxelGridScratch { voxels, sums, records } = scratch;
         let (mut points, colors) = std::mem::take(downsampled).into_parts();
         let mut colors = colors.unwrap_or_default();
-        if records.sort(self.lattice, cloud.points(), cloud.colors().unwrap_or_default()) {
+        if records.sort_if_scattered(self.lattice, cloud.points(), cloud.colors().unwrap_or_default()) {
             write(records, |record| record.point, &mut points, centroid);
             if cloud.colors().is_some() {
                 write(records, |record| record.color, &mut colors, mean_color);

@@ -5,7 +5,7 @@ use super::bounds::Bounds;
 use crate::finite::is_finite;
 
 /// Number of points whose keys are computed together, in vector registers.
-pub(super) const TOGETHER: usize = 4;
+const TOGETHER: usize = 4;
 
 /// Number of points whose keys are computed before they are used.
 pub(super) const BATCH: usize = 256;
@@ -57,8 +57,18 @@ impl CellKeys {
         self.max_key
     }
 
+    /// Calls `visit` with each [`BATCH`] of points and their keys.
+    #[inline]
+    pub(super) fn for_each_batch(&self, points: &[Point], mut visit: impl FnMut(&[Point], &[u64])) {
+        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
+        for points in points.chunks(BATCH) {
+            self.write(points, &mut keys);
+            visit(points, &keys.as_flattened()[..points.len()]);
+        }
+    }
+
     /// Writes the keys of points, at most as many as there are keys.
-    pub(super) fn write(&self, points: &[Point], keys: &mut [[u64; TOGETHER]]) {
+    fn write(&self, points: &[Point], keys: &mut [[u64; TOGETHER]]) {
         let (fours, rest) = points.as_chunks::<TOGETHER>();
         // The rest as four points, the last one repeated.
         let last = rest.last().map(|last| std::array::from_fn(|i| *rest.get(i).unwrap_or(last)));

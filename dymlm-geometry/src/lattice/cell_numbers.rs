@@ -1,7 +1,7 @@
 use dymlm_core::Point;
 
 use super::bounds::Bounds;
-use super::cell_keys::{BATCH, CellKeys, TOGETHER};
+use super::cell_keys::{BATCH, CellKeys};
 use super::cell_table::CellTable;
 use super::radix_sort::RadixSort;
 use super::{CellSort, CubicLattice};
@@ -61,19 +61,18 @@ impl CellNumbers {
 
     fn number_by_key(&mut self, cell_keys: &CellKeys, points: &[Point]) {
         self.table.clear(points.len());
-        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
         let mut runs = Runs { keys: [0; BATCH], of_points: [0; BATCH] };
-        for (points, numbers) in points.chunks(BATCH).zip(self.numbers.chunks_mut(BATCH)) {
-            cell_keys.write(points, &mut keys);
-            let count = runs.find(&keys.as_flattened()[..points.len()]);
+        let mut numbers = self.numbers.chunks_mut(BATCH);
+        cell_keys.for_each_batch(points, |_, keys| {
+            let count = runs.find(keys);
             let mut run_numbers = [0; BATCH];
             for (number, &key) in run_numbers.iter_mut().zip(&runs.keys[..count]) {
                 *number = self.table.number(key);
             }
-            for (number, &run) in numbers.iter_mut().zip(&runs.of_points) {
+            for (number, &run) in numbers.next().into_iter().flatten().zip(&runs.of_points) {
                 *number = run_numbers[usize::from(run)];
             }
-        }
+        });
         self.end = self.table.keys().len();
     }
 
@@ -81,15 +80,8 @@ impl CellNumbers {
         let keys = self.table.keys();
         let cells = (0_u64..).zip(keys).skip(1).filter(|&(_, &key)| key != CellKeys::NOT_FINITE);
         self.order.reserve(keys.len());
-        self.order.extend(cells.map(|(number, key)| key << 32 | number));
-        self.radix.sort(&mut self.order, max_key.min(u64::from(u32::MAX)) as u32);
-        if let upper @ 1.. = (max_key >> 32) as u32 {
-            for entry in &mut self.order {
-                let number = u64::from(*entry as u32);
-                *entry = keys[number as usize] >> 32 << 32 | number;
-            }
-            self.radix.sort(&mut self.order, upper);
-        }
+        self.order.extend(cells.map(|(number, _)| number));
+        self.radix.sort_by_keys(&mut self.order, keys, max_key);
     }
 
     /// Numbers the cells in their order.

@@ -2,18 +2,18 @@ use dymlm_core::{Point, Rgb};
 
 use super::CubicLattice;
 use super::bounds::Bounds;
-use super::cell_keys::{BATCH, CellKeys, TOGETHER};
+use super::cell_keys::CellKeys;
 use super::cell_table::{CellTable, spread};
 
-/// Most records that are sorted by insertion.
+/// Most records that are sorted by the library: for up to 20 its stable sort inserts, and asks for no memory.
 const FEW: usize = 20;
-/// Records that a part has on average, where the keys are spread evenly.
+/// At most one part is made for so many records.
 const PART: usize = 4;
 /// Records are put into at most 2^`MAX_PART_BITS` parts at a time: to so many places a processor writes in turn
 /// without waiting for memory.
 const MAX_PART_BITS: u32 = 9;
 
-/// Cells of which a table stays in a processor's caches; fewer points are not asked for how many cells they have.
+/// Cells of which a table stays in a processor's caches. Clouds of fewer than twice as many points are not sorted.
 const CACHED: usize = 1 << 18;
 /// One cell in so many is counted.
 const SAMPLED: u64 = 64;
@@ -46,28 +46,34 @@ pub(crate) struct Record {
 }
 
 impl CellRecords {
-    /// Copies the points of a cloud whose cells are too many for the caches, and returns true. Returns false for
-    /// another one, and where its extent holds more cells than there are keys. `colors` are as many or none.
-    pub(crate) fn sort(&mut self, lattice: CubicLattice, points: &[Point], colors: &[Rgb]) -> bool {
+    /// Sorts the points of a large cloud that has too many cells for the caches, and says whether it did. It does not,
+    /// either, where the extent holds more cells than there are keys. `colors` are as many or none.
+    pub(crate) fn sort_if_scattered(
+        &mut self,
+        lattice: CubicLattice,
+        points: &[Point],
+        colors: &[Rgb],
+    ) -> bool {
         self.records.clear();
         if points.len() < 2 * CACHED {
             return false;
         }
         let keys = Bounds::of(points).and_then(|bounds| CellKeys::new(lattice, &bounds));
         let sampled = &mut self.sampled;
-        let Some(cell_keys) = keys.filter(|keys| keys.count_cells(points, sampled) > CACHED) else {
+        let Some(cell_keys) = keys.filter(|keys| estimated_cells(keys, points, sampled) > CACHED) else {
             return false;
         };
         self.records.reserve(points.len());
-        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
-        for (batch, points) in points.chunks(BATCH).enumerate() {
-            cell_keys.write(points, &mut keys);
-            let found = keys.as_flattened().iter().zip(points).zip(batch * BATCH..);
-            let finite = found.filter(|((key, _), _)| **key != CellKeys::NOT_FINITE);
-            let color = |index: usize| colors.get(index).copied().unwrap_or_default();
-            let record = |((&key, &point), index)| Record { key, point, color: color(index) };
-            self.records.extend(finite.map(record));
-        }
+        let mut index = 0;
+        cell_keys.for_each_batch(points, |points, keys| {
+            for (&point, &key) in points.iter().zip(keys) {
+                if key != CellKeys::NOT_FINITE {
+                    let color = colors.get(index).copied().unwrap_or_default();
+                    self.records.push(Record { key, point, color });
+                }
+                index += 1;
+            }
+        });
         let count = self.records.len();
         // What is in there is overwritten, so that it need not be cleared.
         self.spare.resize(self.spare.len().max(count), Record::default());
@@ -82,25 +88,21 @@ impl CellRecords {
     }
 }
 
-impl CellKeys {
-    /// About how many cells hold points.
-    fn count_cells(&self, points: &[Point], sampled: &mut CellTable) -> usize {
-        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
-        sampled.clear(points.len() / SAMPLED as usize);
-        for points in points.chunks(BATCH) {
-            self.write(points, &mut keys);
-            // By bits in the middle: the upper ones choose the place in the table.
-            let is_sampled = |key: u64| (spread(key) >> 32).is_multiple_of(SAMPLED);
-            for &key in keys.as_flattened()[..points.len()].iter().filter(|key| is_sampled(**key)) {
-                sampled.number(key);
-            }
+/// About how many cells hold points.
+fn estimated_cells(cell_keys: &CellKeys, points: &[Point], sampled: &mut CellTable) -> usize {
+    sampled.clear(points.len() / SAMPLED as usize);
+    // By bits in the middle: the upper ones choose the place in the table.
+    let is_sampled = |key: u64| (spread(key) >> 32).is_multiple_of(SAMPLED);
+    cell_keys.for_each_batch(points, |_, keys| {
+        for &key in keys.iter().filter(|key| is_sampled(**key)) {
+            sampled.number(key);
         }
-        sampled.keys().len() * SAMPLED as usize
-    }
+    });
+    sampled.keys().len() * SAMPLED as usize
 }
 
 /// Sorts records by the lowest `bits` of their keys, in which alone they differ; those of equal keys keep their
-/// order. The result is in `spare` or else in `records`; the content of the other is lost. What is in `ends` stays.
+/// order. The result is in `spare` if `into_spare`, else in `records`; the content of the other is lost. What is in `ends` stays.
 fn sort(records: &mut [Record], spare: &mut [Record], bits: u32, into_spare: bool, ends: &mut Vec<usize>) {
     if records.len() <= FEW || bits == 0 {
         // Without a bit all keys are the same; the library would ask for memory to find that out.

@@ -4,7 +4,7 @@ use dymlm_core::Point;
 
 use super::CubicLattice;
 use super::bounds::Bounds;
-use super::cell_keys::{BATCH, CellKeys, TOGETHER};
+use super::cell_keys::CellKeys;
 use super::radix_sort::RadixSort;
 use crate::finite::is_finite;
 
@@ -76,12 +76,10 @@ impl CellSort {
         self.run_starts.resize(points.len() + 1, 0);
         self.entries.resize(points.len(), 0);
         let (mut runs, mut entries, mut index) = (0, 0, 0);
-        let mut keys = [[0; TOGETHER]; BATCH / TOGETHER];
         // No point has this key.
         let mut previous = CellKeys::NOT_FINITE - 1;
-        for points in points.chunks(BATCH) {
-            cell_keys.write(points, &mut keys);
-            for &key in &keys.as_flattened()[..points.len()] {
+        cell_keys.for_each_batch(points, |_, keys| {
+            for &key in keys {
                 // Overwritten by the next point unless this one begins a run.
                 self.run_starts[runs] = index;
                 self.entries[entries] = key << 32 | runs as u64;
@@ -91,23 +89,19 @@ impl CellSort {
                 entries += usize::from(begins) & usize::from(key != CellKeys::NOT_FINITE);
                 (previous, index) = (key, index + 1);
             }
-        }
+        });
         self.run_starts.truncate(runs);
         self.run_starts.push(points.len() as u32);
         self.entries.truncate(entries);
     }
 
-    /// By the lower half of the keys, then by the upper one; the sort is stable.
+    /// By keys of more than 32 bits.
     fn sort_by_wide_key(&mut self, cell_keys: &CellKeys, points: &[Point]) {
         let mut keys = std::mem::take(&mut self.wide_keys);
         keys.resize(points.len(), 0);
         self.find_runs(cell_keys, points, |run, key| keys[run] = key);
-        self.radix.sort(&mut self.entries, u32::MAX);
+        self.radix.sort_by_keys(&mut self.entries, &keys, cell_keys.max_key());
         let key = |entry: u64| keys[entry as u32 as usize];
-        for entry in &mut self.entries {
-            *entry = key(*entry) >> 32 << 32 | u64::from(*entry as u32);
-        }
-        self.radix.sort(&mut self.entries, (cell_keys.max_key() >> 32) as u32);
         self.find_cells(|a, b| key(a) == key(b));
         self.wide_keys = keys;
     }

@@ -45,6 +45,22 @@ impl RadixSort {
             std::mem::swap(entries, spare);
         }
     }
+
+    /// Sorts entries by keys that are looked up by the entries' lower 32 bits; the upper ones are overwritten. Keys are
+    /// at most `max_key`; entries of equal keys keep their order.
+    pub(super) fn sort_by_keys(&mut self, entries: &mut Vec<u64>, keys: &[u64], max_key: u64) {
+        let key = |entry: u64| keys[entry as u32 as usize];
+        for entry in entries.iter_mut() {
+            *entry = key(*entry) << 32 | u64::from(*entry as u32);
+        }
+        self.sort(entries, max_key.min(u64::from(u32::MAX)) as u32);
+        if let upper @ 1.. = (max_key >> 32) as u32 {
+            for entry in entries.iter_mut() {
+                *entry = key(*entry) >> 32 << 32 | u64::from(*entry as u32);
+            }
+            self.sort(entries, upper);
+        }
+    }
 }
 
 #[cfg(test)]

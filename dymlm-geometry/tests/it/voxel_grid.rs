@@ -119,5 +119,11 @@ fn a_large_scattered_cloud_equals_the_reference() {
     let points: Vec<Point> = (0..600_000).map(|_| std::array::from_fn(|_| coordinate())).collect();
     let colors = (0..points.len()).map(|index| [index as u8, (index / 256) as u8, 7]).collect();
     let cloud = PointCloud::with_colors(points, colors).unwrap();
-    assert_eq!(voxel_grid(0.01).downsample(&cloud), reference(&cloud, 0.01));
+    let shorter = PointCloud::new(cloud.points()[..550_000].to_vec());
+    let small = PointCloud::new(cloud.points()[..1000].to_vec());
+    let (mut scratch, mut downsampled) = (VoxelGridScratch::default(), PointCloud::default());
+    for cloud in [&cloud, &shorter, &small, &cloud] {
+        voxel_grid(0.01).downsample_into(cloud, &mut scratch, &mut downsampled);
+        assert_eq!(downsampled, reference(cloud, 0.01));
+    }
 }

@@ -169,14 +169,14 @@ fn cast_cylinder(cylinder: Cylinder, ray: &Ray, farthest: f32) -> Option<f32> {
 }
 
 /// Distance of a point to an ellipsoid's surface: the nearest point is (r^2 p / (r^2 + t)) for the largest
-/// root t of sum (r p / (r^2 + t))^2 = 1, found by bisection (Eberly, "Distance from a Point to an Ellipse,
+/// root t of sum (r p / (r^2 + t))^2 = 1, found by Newton's method outside and by bisection inside (Eberly, "Distance from a Point to an Ellipse,
 /// an Ellipsoid, or a Hyperellipsoid", 2013).
 fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
     let r = radii.to_array().map(f64::from);
     let p = point.to_array().map(|c| f64::from(c.abs()));
     let smallest = r[0].min(r[1]).min(r[2]);
     let is_outside = sum(|i| (p[i] / r[i]).powi(2)) > 1.0;
-    let root = if is_outside { root_outside(r, p) } else { root_inside(r, p, smallest) };
+    let root = if is_outside { root_outside(r, p, smallest) } else { root_inside(r, p, smallest) };
 
     let mut nearest = [0.0; 3];
     let mut shortest = None;
@@ -194,19 +194,19 @@ fn distance_to_ellipsoid(radii: Vec3, point: Vec3) -> f32 {
     if let Some(i) = shortest {
         nearest[i] = smallest * rest.max(0.0).sqrt();
     }
-    (0..3).map(|i| (nearest[i] - p[i]).powi(2)).sum::<f64>().sqrt() as f32
+    sum(|i| (nearest[i] - p[i]).powi(2)).sqrt() as f32
 }
 
-/// The largest root t for a point outside, by steps from 0: the inverse of the sum's root is nearly linear in t (More
-/// and Sorensen, "Computing a trust region step", 1983).
-fn root_outside(r: [f64; 3], p: [f64; 3]) -> f64 {
+/// The largest root t for a point outside, by Newton's method on 1 / sqrt(sum), which is concave and nearly linear in t
+/// (More and Sorensen, "Computing a trust region step", 1983): from 0 it never passes the root.
+fn root_outside(r: [f64; 3], p: [f64; 3], smallest: f64) -> f64 {
     let mut t = 0.0;
     for _ in 0..20 {
         let square = sum(|i| (r[i] * p[i] / (r[i] * r[i] + t)).powi(2));
         let slope = -2.0 * sum(|i| (r[i] * p[i]).powi(2) / (r[i] * r[i] + t).powi(3));
         let step = 2.0 * square * (1.0 - square.sqrt()) / slope;
         t += step;
-        if step.abs() <= 1e-14 * t {
+        if step.abs() <= 1e-14 * (t + smallest * smallest) {
             break;
         }
     }

@@ -10,8 +10,8 @@ use crate::scene::Part;
 
 /// The cells of 5 cm whose centres are in a body, or within a margin of one, at one of the given times.
 ///
-/// They are kept by blocks, so that hours in many rooms cost what the bodies pass by and what a frame may see: a block
-/// that was swept whole is not looked at again, nor is one that is out of reach.
+/// They are kept by blocks. Adding a body skips the blocks that are swept whole or out of its reach; a frame skips the
+/// blocks that are out of its view.
 #[derive(Debug, Clone)]
 pub(super) struct SweptVolume {
     cells: CellGrid,
@@ -95,13 +95,14 @@ impl SweptVolume {
         range: &RangeInclusive<f64>,
     ) {
         let camera = frame.frame.camera();
-        let corner = [[0, 0], [camera.width(), 0], [0, camera.height()], [camera.width(), camera.height()]]
-            .map(|corner| norm(camera.back_project(corner.map(|c| c as f64), 1.0)));
+        let [right, bottom] = [camera.width(), camera.height()].map(|side| side as f64 - 0.5);
+        let ray_lengths = [[-0.5, -0.5], [right, -0.5], [-0.5, bottom], [right, bottom]]
+            .map(|corner| norm(camera.back_project(corner, 1.0)));
         let radius = f64::from(BLOCK_RADIUS);
-        let farthest = corner.into_iter().fold(1.0, f64::max) * range.end() + radius;
+        let farthest = ray_lengths.into_iter().fold(1.0, f64::max) * range.end() + radius;
         let in_camera = |place: Vec3| camera_from_scene.transform_point(place.to_array().map(f64::from));
-        let mut looks = std::mem::take(&mut self.looks);
-        for (block, looks) in &mut looks {
+        let mut blocks = std::mem::take(&mut self.looks);
+        for (block, looks) in &mut blocks {
             let middle = in_camera(self.blocks.center(*block));
             if norm(middle) > farthest || middle[2] + radius < *range.start() {
                 continue;
@@ -111,7 +112,7 @@ impl SweptVolume {
                 looks[cell] += u32::from(frame.looks_through(place, range, HALF_DIAGONAL));
             }
         }
-        self.looks = looks;
+        self.looks = blocks;
     }
 
     /// Whether at least this many frames looked through the cell of a point.

@@ -1,7 +1,7 @@
 //! Compares the object map of a real kitchen, from a real detector's boxes, with a count by hand: is each
 //! thing in it once?
 //!
-//! `cargo test -p dymlm-examples --test kitchen_objects -- --nocapture` prints both lists. The rendered
+//! `cargo test -p dymlm-examples --test it -- --nocapture kitchen_objects` prints both lists. The rendered
 //! counterparts, whose truth is exact, are the objects columns of the example `evaluate`.
 use std::path::Path;
 

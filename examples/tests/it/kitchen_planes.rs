@@ -1,7 +1,7 @@
 //! The plane map of a real kitchen, with people walking through it and without, from the recordings of the
 //! data folder: is each surface one plane, and does none stand on a person?
 //!
-//! `cargo test -p dymlm-examples --test kitchen_planes -- --nocapture` prints what each surface is made of.
+//! `cargo test -p dymlm-examples --test it -- --nocapture kitchen_planes` prints what each surface is made of.
 //! The rendered counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
 use std::collections::BTreeMap;
 use std::path::Path;
