@@ -69,7 +69,8 @@ impl CellNumbers {
             for (number, &key) in run_numbers.iter_mut().zip(&runs.keys[..count]) {
                 *number = self.table.number(key);
             }
-            for (number, &run) in numbers.next().into_iter().flatten().zip(&runs.of_points) {
+            let Some(numbers) = numbers.next() else { return };
+            for (number, &run) in numbers.iter_mut().zip(&runs.of_points) {
                 *number = run_numbers[usize::from(run)];
             }
         });
@@ -80,7 +81,7 @@ impl CellNumbers {
         let keys = self.table.keys();
         let cells = (0_u64..).zip(keys).skip(1).filter(|&(_, &key)| key != CellKeys::NOT_FINITE);
         self.order.reserve(keys.len());
-        self.order.extend(cells.map(|(number, _)| number));
+        self.order.extend(cells.map(|(number, key)| key << 32 | number));
         self.radix.sort_by_keys(&mut self.order, keys, max_key);
     }
 

@@ -46,17 +46,13 @@ impl RadixSort {
         }
     }
 
-    /// Sorts entries by keys that are looked up by the entries' lower 32 bits; the upper ones are overwritten. Keys are
-    /// at most `max_key`; entries of equal keys keep their order.
+    /// The same by keys of up to 64 bits, at most `max_key`: an entry has the lower 32 bits of its key in its upper half,
+    /// and in its lower half the place of the whole key in `keys`.
     pub(super) fn sort_by_keys(&mut self, entries: &mut Vec<u64>, keys: &[u64], max_key: u64) {
-        let key = |entry: u64| keys[entry as u32 as usize];
-        for entry in entries.iter_mut() {
-            *entry = key(*entry) << 32 | u64::from(*entry as u32);
-        }
         self.sort(entries, max_key.min(u64::from(u32::MAX)) as u32);
         if let upper @ 1.. = (max_key >> 32) as u32 {
             for entry in entries.iter_mut() {
-                *entry = key(*entry) >> 32 << 32 | u64::from(*entry as u32);
+                *entry = keys[*entry as u32 as usize] >> 32 << 32 | u64::from(*entry as u32);
             }
             self.sort(entries, upper);
         }
