@@ -11,7 +11,7 @@ const TOGETHER: usize = 4;
 pub(super) const BATCH: usize = 256;
 
 /// Between 2^52 and 2^53 the f64 are exactly the integers, and their low 52 bits count them.
-pub(super) const INTEGERS_FROM: u64 = 1 << 52;
+const INTEGERS_FROM: u64 = 1 << 52;
 
 /// Numbers the cells of an extent along z, then y, then x: ascending keys are ascending x, then y, then z.
 ///

@@ -102,7 +102,8 @@ fn estimated_cells(cell_keys: &CellKeys, points: &[Point], sampled: &mut CellTab
 }
 
 /// Sorts records by the lowest `bits` of their keys, in which alone they differ; those of equal keys keep their
-/// order. The result is in `spare` if `into_spare`, else in `records`; the content of the other is lost. What is in `ends` stays.
+/// order. The result is in `spare` if `into_spare`, else in `records`; the content of the other is lost. What is in
+/// `ends` stays.
 fn sort(records: &mut [Record], spare: &mut [Record], bits: u32, into_spare: bool, ends: &mut Vec<usize>) {
     if records.len() <= FEW || bits == 0 {
         // Without a bit all keys are the same; the library would ask for memory to find that out.

@@ -46,8 +46,8 @@ impl RadixSort {
         }
     }
 
-    /// The same by keys of up to 64 bits, at most `max_key`: an entry has the lower 32 bits of its key in its upper half,
-    /// and in its lower half the place of the whole key in `keys`.
+    /// The same by keys of up to 64 bits, at most `max_key`: an entry has the lower 32 bits of its key in its upper
+    /// half, and in its lower half the place of the whole key in `keys`.
     pub(super) fn sort_by_keys(&mut self, entries: &mut Vec<u64>, keys: &[u64], max_key: u64) {
         self.sort(entries, max_key.min(u64::from(u32::MAX)) as u32);
         if let upper @ 1.. = (max_key >> 32) as u32 {
