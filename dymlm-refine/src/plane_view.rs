@@ -1,8 +1,9 @@
-use dymlm_core::symmetric_eigen3;
+use dymlm_core::{Pose, symmetric_eigen3};
 use nalgebra::{Isometry3, Matrix3, Matrix3x2, Matrix4, Matrix4x3, Matrix4x6, Vector3, Vector4};
 
 use crate::Error;
 use crate::lie::skew;
+use crate::pose_conversion::isometry;
 use crate::view::View;
 
 /// What a key frame has seen of a plane: the moments of its inliers, in the camera's frame.
@@ -38,6 +39,25 @@ pub(crate) struct WorldPlane {
     offset: f64,
     /// Two unit vectors within it.
     across: Matrix3x2<f64>,
+}
+
+impl PlaneView {
+    /// Sum of the squared errors of views, in standard deviations, from the plane that fits them best when
+    /// they were seen from these poses. Views of one plane add three each, on average; 0 without views.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownPose`], [`Error::NoInformation`]; [`Error::Singular`] where numbers are too large.
+    pub fn misfit(views: &[Self], poses: &[Pose]) -> Result<f64, Error> {
+        let factors: Result<Vec<_>, _> =
+            views.iter().map(|view| PlaneFactor::new(view, poses.len())).collect();
+        let (factors, poses) = (factors?, poses.iter().map(isometry).collect::<Vec<_>>());
+        if factors.is_empty() {
+            return Ok(0.0);
+        }
+        let best = PlaneFactor::best(&factors, &poses, &vec![1.0; factors.len()]).ok_or(Error::Singular)?;
+        Ok(factors.iter().map(|view| view.error(&poses[view.pose], &best).norm_squared()).sum())
+    }
 }
 
 impl PlaneFactor {
@@ -222,6 +242,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Of views of one plane with the noise that they are said to have, it is the sum over their errors.
+    #[test]
+    fn misfit_is_the_squared_error_of_what_is_off_the_plane() {
+        let covariance = [0.3, 0.0, 0.0, 0.3, 0.0, 0.0];
+        let at =
+            |pose, x: f64, z: f64| PlaneView { pose, information: 1e4, centroid: [x, 0.0, z], covariance };
+        let poses = [Pose::identity(), Pose::new([0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0]).unwrap()];
+        let one_plane = [at(0, 0.0, 3.0), at(0, 1.0, 3.0), at(1, 0.0, 1.0)];
+        assert!(PlaneView::misfit(&one_plane, &poses).unwrap() < 1e-9);
+        // Two views 2 cm apart, over each other, are 1 cm from the plane between: one deviation each.
+        let two = PlaneView::misfit(&[at(0, 0.0, 3.0), at(1, 0.0, 1.02)], &poses).unwrap();
+        assert!((two - 2.0).abs() < 1e-9, "{two}");
+        assert_eq!(PlaneView::misfit(&[], &poses), Ok(0.0));
+        let unknown = PlaneView::misfit(&[at(2, 0.0, 3.0)], &poses);
+        assert_eq!(unknown, Err(Error::UnknownPose { pose: 2, poses: 2 }));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 
 use dymlm_io::{Error, MapFolder, MapFolderSaver, MapFolderWriter};
@@ -236,10 +236,17 @@ fn a_writer_that_is_killed_leaves_the_map_before_or_the_map_after() {
             .stdout(std::process::Stdio::piped())
             .spawn()
             .unwrap();
-        let end = std::time::Duration::from_micros(random.below(120_000) as u64);
-        std::thread::sleep(end);
+        // It is killed in the midst of one of its first saves, however slow the machine is.
+        let saves = random.below(8);
+        let mut output = BufReader::new(child.stdout.take().unwrap());
+        let mut printed = String::new();
+        while printed.matches("saved ").count() < saves {
+            assert!(output.read_line(&mut printed).unwrap() > 0, "it ends only when it is killed: {printed}");
+        }
+        std::thread::sleep(std::time::Duration::from_micros(random.below(20_000) as u64));
         child.kill().unwrap();
-        let printed = String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap();
+        output.read_to_string(&mut printed).unwrap();
+        child.wait().unwrap();
         // The last line may be cut off.
         let whole = printed.rsplit_once('\n').map_or("", |(whole, _)| whole);
         let last = whole.lines().rev().find_map(|line| line.strip_prefix("saved ")?.parse::<u64>().ok());

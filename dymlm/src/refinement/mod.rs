@@ -2,10 +2,13 @@
 //! [`MapBuilder::refine_poses`](crate::MapBuilder::refine_poses).
 
 mod config;
+mod face;
+mod links;
 mod loop_closure;
 mod object_views;
 mod odometry_drift;
-mod planes_met_again;
+mod plane_groups;
+mod plane_visits;
 mod pose_problem;
 mod refine_poses;
 mod refined_poses;

@@ -1,18 +1,20 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use dymlm_core::{FrameId, ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_planes::{PlaneMap, PlaneSighting};
 use dymlm_refine::{LandmarkView, PlaneView, PoseGraph, RelativePose, Solution, SolverConfig};
 
+use super::links::{Link, links};
 use super::object_views::views_by_object;
 use super::odometry_drift::OdometryDrift;
-use super::planes_met_again::planes_met_again;
+use super::plane_groups::PlaneGroups;
+use super::plane_visits::{PlaneVisit, plane_visits};
 use super::unheld_motion::unheld_motions;
 use super::{LoopClosure, RefineConfig, RefinedPoses, UnheldMotion};
 use crate::session_log::{InsertedFrame, SessionLog};
 use crate::{Error, MultiLevelMap};
 
-/// Most searches for planes that were met again before the maps are built again; each is followed by a solve.
+/// Most searches for visits that may be of one plane before the maps are built again; each is followed by a solve.
 const MOST_SEARCHES: usize = 10;
 
 /// Most key frames at which the covariance of the pose is examined, evenly chosen.
@@ -38,17 +40,20 @@ pub(super) struct PoseProblem<'a> {
     closures: Vec<RelativePose>,
     /// The views of each plane, by key frame.
     views: BTreeMap<PlaneId, Vec<PlaneView>>,
+    /// Within which the map associates planes, metres.
+    max_distance: f64,
     /// The views of each object's centre.
     object_views: BTreeMap<ObjectId, Vec<LandmarkView>>,
     config: &'a RefineConfig,
 }
 
-/// A solution for one set of planes that were met again.
+/// A graph and its solution.
 struct Found {
     graph: PoseGraph,
     solution: Solution,
-    /// Pairs of planes that turned out to be one.
-    met_again: usize,
+    /// Links whose ends the solution has on one plane, and others.
+    held: Vec<Link>,
+    broken: Vec<Link>,
 }
 
 impl<'a> PoseProblem<'a> {
@@ -66,39 +71,51 @@ impl<'a> PoseProblem<'a> {
             poses: key_frames.iter().map(|key_frame| key_frame.world_from_camera).collect(),
             closures: between_key_frames(closures, log, &key_frames)?,
             views: views_by_plane(&map.planes, &key_frames, &map.config.sensor, config),
+            max_distance: map.config.planes.map.association.max_distance,
             object_views: views_by_object(map.objects(), &key_frames, &map.config.sensor, config),
             config,
         })
     }
 
-    /// The poses that fit best. At better poses, other planes turn out to have been met again: so search and
-    /// solve alternate until the pairs found were tried before.
+    /// The poses that fit best. Visits to planes are apart at first, and linked where they may be of one plane.
+    /// At better poses, others turn out to be so: search and solve alternate until the links found were tried
+    /// before. Then visits that are of one plane are taken together.
     pub(super) fn solve(&self) -> Result<RefinedPoses, Error> {
         let drift = self.drift();
-        let mut tried = vec![planes_met_again(&self.views, &self.poses, &drift)];
-        let mut found = self.solve_with(&self.poses, &tried[0])?;
+        let visits = plane_visits(&self.views, &self.poses, &drift, self.max_distance);
+        let mut groups = PlaneGroups::new(&visits);
+        let mut tried = vec![links(&visits, &self.poses, &drift)];
+        let mut found = self.solve_with(&self.poses, &groups, &tried[0])?;
         let initial_cost = found.solution.initial_cost;
         while tried.len() < MOST_SEARCHES {
-            let poses = &found.solution.poses;
-            let pairs = planes_met_again(&self.views, poses, &drift);
-            if tried.contains(&pairs) {
+            let links = links(&visits, &found.solution.poses, &drift);
+            if tried.contains(&links) {
                 break;
             }
-            found = self.solve_with(poses, &pairs)?;
-            tried.push(pairs);
+            found = self.solve_with(&found.solution.poses, &groups, &links)?;
+            tried.push(links);
+        }
+        let parted = found.broken.iter().filter(|link| is_of_one_plane(&visits, link)).count();
+        while !found.held.is_empty() {
+            let mut between = groups.join(&found.held, &found.solution.poses)?;
+            if between.len() == found.held.len() {
+                // What holds for two views and not for all is wrong, as where a ramp begins.
+                between.clear();
+            }
+            found = self.solve_with(&found.solution.poses, &groups, &between)?;
         }
         let unheld = self.unheld(&found, &drift)?;
-        let Found { solution, met_again, .. } = found;
+        let solution = found.solution;
         let frames = self.given.iter().map(|key_frame| key_frame.frame);
         let is_of_several = |views: &&Vec<PlaneView>| views.iter().any(|view| view.pose != views[0].pose);
         let has_several = |views: &&Vec<LandmarkView>| views.iter().any(|view| view.pose != views[0].pose);
-        let of_map = |[plane, _]: &&[usize; 2]| *plane < self.views.len();
         Ok(RefinedPoses {
             poses: frames.zip(solution.poses).collect(),
             planes: self.views.values().filter(is_of_several).count(),
             views: self.views.values().map(Vec::len).sum(),
-            views_left_out: solution.views_left_out.iter().filter(of_map).count(),
-            met_again,
+            views_left_out: solution.views_left_out.len(),
+            met_again: groups.joined_planes(),
+            parted,
             objects: self.object_views.values().filter(has_several).count(),
             object_views: self.object_views.values().map(Vec::len).sum(),
             object_views_left_out: solution.landmark_views_left_out.len(),
@@ -108,8 +125,9 @@ impl<'a> PoseProblem<'a> {
         })
     }
 
-    /// Solves, starting from `poses`, with pairs of planes that may be one.
-    fn solve_with(&self, poses: &[Pose], pairs: &[[PlaneView; 2]]) -> Result<Found, Error> {
+    /// Solves, starting from `poses`, with groups of visits that are of one plane, and with links between
+    /// groups that may be.
+    fn solve_with(&self, poses: &[Pose], groups: &PlaneGroups<'_>, links: &[Link]) -> Result<Found, Error> {
         let mut graph = PoseGraph::new(poses.iter().copied());
         for (from, pair) in self.given.windows(2).enumerate() {
             graph.add_relative(&odometry(from, pair, self.config))?;
@@ -117,19 +135,25 @@ impl<'a> PoseProblem<'a> {
         for closure in &self.closures {
             graph.add_loop_closure(closure)?;
         }
-        for views in self.views.values() {
+        for views in groups.views() {
             graph.add_plane(views)?;
         }
-        for pair in pairs {
-            graph.add_plane(pair)?;
+        for link in links {
+            graph.add_plane(&link.views)?;
         }
         for views in self.object_views.values() {
             graph.add_landmark(views)?;
         }
         let solution = graph.optimize(&SolverConfig::default())?;
-        let with_views_left_out = solution.views_left_out.iter().map(|[plane, _]| *plane);
-        let two: BTreeSet<usize> = with_views_left_out.filter(|plane| *plane >= self.views.len()).collect();
-        Ok(Found { graph, solution, met_again: pairs.len() - two.len() })
+        let first = groups.views().len();
+        let is_broken = |number: usize| {
+            let views = [0, 1].map(|view| [first + number, view]);
+            views.iter().any(|view| solution.views_left_out.binary_search(view).is_ok())
+        };
+        let numbered = links.iter().cloned().enumerate();
+        let (broken, held): (Vec<_>, Vec<_>) = numbered.partition(|(number, _)| is_broken(*number));
+        let [held, broken] = [held, broken].map(|links| links.into_iter().map(|(_, link)| link).collect());
+        Ok(Found { graph, solution, held, broken })
     }
 
     fn drift(&self) -> OdometryDrift {
@@ -150,6 +174,12 @@ impl<'a> PoseProblem<'a> {
         });
         Ok(unheld.collect())
     }
+}
+
+/// Whether a link is between visits to one plane of the map.
+fn is_of_one_plane(visits: &[PlaneVisit], link: &Link) -> bool {
+    let [one, other] = link.visits.map(|visit| visits[visit].plane);
+    one == other
 }
 
 /// The key frames, with the poses at which they are mapped.

@@ -18,6 +18,9 @@ pub struct RefinedPoses {
     pub views_left_out: usize,
     /// Pairs of planes of the map that turned out to be one plane, met again after a while.
     pub met_again: usize,
+    /// Times that the map had taken another plane for one that it knew, when that came into view again after a
+    /// while: the poses had drifted so far that the other lay in its place.
+    pub parted: usize,
     /// Objects of which key frames have seen more than one side, or one side more than once.
     pub objects: usize,
     /// Views of objects, in all: a few a side.

@@ -1,9 +1,11 @@
 //! Poses that are refined by planes.
 #![cfg(feature = "refine")]
+use dymlm::planes::MapPlane;
 use dymlm::{Error, HistoryConfig, LoopClosure, MapBuilder, MapConfig, RefineConfig};
 use dymlm_core::{FrameId, PinholeCamera, Pose};
 use dymlm_metrics::TrajectoryScore;
 use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
+use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
 
 /// A sequence whose poses drift as a SLAM's do, with small images.
 fn drifting(seed: u64, frames: usize) -> Sequence {
@@ -144,4 +146,56 @@ fn a_session_that_was_put_beside_the_first_is_brought_to_it() {
     builder.refine_poses(&RefineConfig::default()).unwrap();
     let after = error(&builder, &sequence);
     assert!(after < 0.4 * before && after < 0.008, "{before} m before, {after} m after");
+}
+
+/// A wall, and past its end a panel 8 cm before it. The camera looks at the wall, walks on while it looks down
+/// at the benches, and looks at the panel: meanwhile its poses have drifted by 8 cm, so that the map takes
+/// both for one plane. The benches and what is known of drift say otherwise.
+#[test]
+fn a_plane_that_was_wrongly_merged_is_parted() {
+    const STEP: f64 = 0.08;
+    let bench = |y: f64, height: f64| Cuboid {
+        world_from_cuboid: Pose::new([0.5, y, 0.5 * height], [0.0, 0.0, 0.0, 1.0]).unwrap(),
+        lengths: [11.0, 0.3, height],
+    };
+    let mut world = World::of(&[
+        Rectangle::level([0.5, 0.0, 0.0], 6.0, 4.0),
+        Rectangle::upright([-2.0, 3.0, 1.5], 3.0, 1.5),
+        Rectangle::upright([3.5, 3.0 - STEP, 1.5], 2.5, 1.5),
+    ]);
+    world.cuboids = vec![bench(1.15, 0.45), bench(2.05, 0.9)];
+    let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let mut truth = Vec::new();
+    for index in 0..40_u32 {
+        let x = -3.52 + 0.22 * f64::from(index);
+        let is_walking = (-1.31..3.27).contains(&x);
+        let target = if is_walking { [x, 1.0, 0.0] } else { [x, 3.0, 0.9] };
+        let pose = look_at([x, -0.8, 1.4], target);
+        let frame = world.frame(camera, &pose, index.into());
+        let drift = STEP * ((x + 1.5) / 5.0).clamp(0.0, 1.0);
+        let drifted = Pose::new([0.0, drift, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * pose;
+        builder.insert(&frame, &[], &drifted).unwrap();
+        truth.push(pose);
+    }
+    builder.settle();
+    let [wall, panel] = [[-2.0, 3.0, 1.0], [3.5, 3.0 - STEP, 1.0]];
+    let plane_at = |builder: &MapBuilder, place: [f64; 3]| {
+        let planes = builder.map().planes();
+        let near =
+            |plane: &&MapPlane| plane.plane().signed_distance(place).abs() < 0.02 && plane.holds(place);
+        planes.iter().find(near).map(MapPlane::id)
+    };
+    // At these poses the panel is where the wall would go on.
+    let seen_panel = [panel[0], panel[1] + STEP, panel[2]];
+    assert!(plane_at(&builder, wall).is_some());
+    assert_eq!(plane_at(&builder, wall), plane_at(&builder, seen_panel));
+
+    assert_eq!(builder.map().refined_poses(&RefineConfig::default(), &[]).unwrap().parted, 1);
+    builder.refine_poses(&RefineConfig::default()).unwrap();
+    let [wall, panel] = [wall, panel].map(|place| plane_at(&builder, place));
+    assert!(wall.is_some() && panel.is_some() && wall != panel, "{wall:?} {panel:?}");
+    let poses: Vec<Pose> = builder.trajectory().map(|(_, _, pose)| pose).collect();
+    let after = TrajectoryScore::of(&poses, &truth).unwrap().translation;
+    assert!(after < 0.05 * STEP, "{after} m");
 }
