@@ -49,14 +49,22 @@ impl PlaneView {
     ///
     /// [`Error::UnknownPose`], [`Error::NoInformation`]; [`Error::Singular`] where numbers are too large.
     pub fn misfit(views: &[Self], poses: &[Pose]) -> Result<f64, Error> {
-        let factors: Result<Vec<_>, _> =
-            views.iter().map(|view| PlaneFactor::new(view, poses.len())).collect();
-        let (factors, poses) = (factors?, poses.iter().map(isometry).collect::<Vec<_>>());
-        if factors.is_empty() {
+        if views.is_empty() {
             return Ok(0.0);
         }
-        let best = PlaneFactor::best(&factors, &poses, &vec![1.0; factors.len()]).ok_or(Error::Singular)?;
-        Ok(factors.iter().map(|view| view.error(&poses[view.pose], &best).norm_squared()).sum())
+        // Views are numbered anew, each with its pose, so that the number of all poses does not matter.
+        let pose_of = |view: &Self| {
+            let unknown = Error::UnknownPose { pose: view.pose, poses: poses.len() };
+            poses.get(view.pose).map(isometry).ok_or(unknown)
+        };
+        let own_poses: Vec<_> = views.iter().map(pose_of).collect::<Result<_, _>>()?;
+        let factor = |(pose, view): (usize, &Self)| PlaneFactor::new(&Self { pose, ..*view }, views.len());
+        let factors: Vec<_> = views.iter().enumerate().map(factor).collect::<Result<_, _>>()?;
+        let weights = vec![1.0; factors.len()];
+        let best = PlaneFactor::best(&factors, &own_poses, &weights).ok_or(Error::Singular)?;
+        let errors =
+            factors.iter().zip(&own_poses).map(|(view, pose)| view.error(pose, &best).norm_squared());
+        Ok(errors.sum())
     }
 }
 

@@ -77,33 +77,13 @@ impl<'a> PoseProblem<'a> {
         })
     }
 
-    /// The poses that fit best. Visits to planes are apart at first, and linked where they may be of one plane.
-    /// At better poses, others turn out to be so: search and solve alternate until the links found were tried
-    /// before. Then visits that are of one plane are taken together.
+    /// The poses that fit best.
     pub(super) fn solve(&self) -> Result<RefinedPoses, Error> {
         let drift = self.drift();
         let visits = plane_visits(&self.views, &self.poses, &drift, self.max_distance);
-        let mut groups = PlaneGroups::new(&visits);
-        let mut tried = vec![links(&visits, &self.poses, &drift)];
-        let mut found = self.solve_with(&self.poses, &groups, &tried[0])?;
-        let initial_cost = found.solution.initial_cost;
-        while tried.len() < MOST_SEARCHES {
-            let links = links(&visits, &found.solution.poses, &drift);
-            if tried.contains(&links) {
-                break;
-            }
-            found = self.solve_with(&found.solution.poses, &groups, &links)?;
-            tried.push(links);
-        }
-        let parted = found.broken.iter().filter(|link| is_of_one_plane(&visits, link)).count();
-        while !found.held.is_empty() {
-            let mut between = groups.join(&found.held, &found.solution.poses)?;
-            if between.len() == found.held.len() {
-                // What holds for two views and not for all is wrong, as where a ramp begins.
-                between.clear();
-            }
-            found = self.solve_with(&found.solution.poses, &groups, &between)?;
-        }
+        let mut groups = PlaneGroups::new(&visits, self.max_distance);
+        let (initial_cost, linked) = self.link_visits(&visits, &groups, &drift)?;
+        let (found, parted) = self.group_visits(&mut groups, linked)?;
         let unheld = self.unheld(&found, &drift)?;
         let solution = found.solution;
         let frames = self.given.iter().map(|key_frame| key_frame.frame);
@@ -123,6 +103,48 @@ impl<'a> PoseProblem<'a> {
             cost: [initial_cost, solution.final_cost],
             left_out: solution.left_out,
         })
+    }
+
+    /// Visits to planes are apart, and linked where they may be of one plane. At better poses, others turn out to
+    /// be so: search and solve alternate until the links found were tried before. The cost in the beginning, and
+    /// the last solution.
+    fn link_visits(
+        &self,
+        visits: &[PlaneVisit],
+        groups: &PlaneGroups<'_>,
+        drift: &OdometryDrift,
+    ) -> Result<(f64, Found), Error> {
+        let mut tried = vec![links(visits, &self.poses, drift)];
+        let mut found = self.solve_with(&self.poses, groups, &tried[0])?;
+        let initial_cost = found.solution.initial_cost;
+        while tried.len() < MOST_SEARCHES {
+            let links = links(visits, &found.solution.poses, drift);
+            if tried.contains(&links) {
+                break;
+            }
+            found = self.solve_with(&found.solution.poses, groups, &links)?;
+            tried.push(links);
+        }
+        Ok((initial_cost, found))
+    }
+
+    /// Takes visits together that turn out to be of one plane, and solves, until there are no more of them. Links
+    /// that are left over are wrong. The last solution, and the number of these that are between visits to one
+    /// plane of the map.
+    fn group_visits(&self, groups: &mut PlaneGroups<'_>, linked: Found) -> Result<(Found, usize), Error> {
+        // Noise alone need not explain how what the map has as one plane differs from view to view.
+        let mut links = linked.held;
+        links.extend(linked.broken.into_iter().filter(|link| groups.is_of_one_plane(link)));
+        let mut poses = linked.solution.poses;
+        loop {
+            let between = groups.join(&links, &poses)?;
+            if between.len() == links.len() {
+                let parted = between.iter().filter(|link| groups.is_of_one_plane(link)).count();
+                return Ok((self.solve_with(&poses, groups, &[])?, parted));
+            }
+            links = between;
+            poses = self.solve_with(&poses, groups, &links)?.solution.poses;
+        }
     }
 
     /// Solves, starting from `poses`, with groups of visits that are of one plane, and with links between
@@ -174,12 +196,6 @@ impl<'a> PoseProblem<'a> {
         });
         Ok(unheld.collect())
     }
-}
-
-/// Whether a link is between visits to one plane of the map.
-fn is_of_one_plane(visits: &[PlaneVisit], link: &Link) -> bool {
-    let [one, other] = link.visits.map(|visit| visits[visit].plane);
-    one == other
 }
 
 /// The key frames, with the poses at which they are mapped.
