@@ -175,6 +175,7 @@ T = {
         "views": "int",
         "views_left_out": "int",
         "met_again": "int",
+        "parted": "int",
         "costs": "list[list[float]]",
         "left_out": "list[int]",
         "correction": "CorrectionReport",

@@ -112,6 +112,8 @@ pub(crate) struct PyRefineReport {
     /// Pairs of planes of the map that turned out to be the same plane, seen again on a revisit, in the last
     /// round.
     met_again: usize,
+    /// Times that a plane of the map turned out to be two, since drift had put another in its place.
+    parted: usize,
     /// Cost of each round, before and after: half the sum of squared errors in standard deviations.
     costs: Vec<[f64; 2]>,
     /// Indices of the loop closures that were rejected as wrong.
@@ -127,6 +129,7 @@ impl PyRefineReport {
             views: report.found.views,
             views_left_out: report.found.views_left_out,
             met_again: report.found.met_again,
+            parted: report.found.parted,
             costs: report.costs,
             left_out: report.found.left_out,
             correction: PyCorrectionReport::of(&report.correction),

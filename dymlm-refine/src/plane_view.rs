@@ -42,30 +42,56 @@ pub(crate) struct WorldPlane {
 }
 
 impl PlaneView {
-    /// Sum of the squared errors of views, in standard deviations, from the plane that fits them best when
-    /// they were seen from these poses. Views of one plane add three each, on average; 0 without views.
+    /// Sum of the squared errors of views, in standard deviations, from the plane that fits `seen` best: the
+    /// eigenvector of the least eigenvalue of all its moments (Ferrer, "Eigen-Factors", 2019). `poses` take
+    /// the cameras' points to the world; [`pose`](Self::pose) is an index into them. Of n views of one plane
+    /// with the noise that they state, the misfit from their own plane is 3 (n - 1) on average; 0 for one or
+    /// none.
+    ///
+    /// ```
+    /// use dymlm_core::Pose;
+    /// use dymlm_refine::PlaneView;
+    ///
+    /// // A wall 3 m ahead, and once more 1 m ahead after 2 m of the way, with 1 cm of noise.
+    /// let covariance = [0.3, 0.0, 0.0, 0.3, 0.0, 0.0];
+    /// let view = |pose, ahead| PlaneView { pose, information: 1e4, centroid: [0.0, 0.0, ahead], covariance };
+    /// let poses = [Pose::identity(), Pose::new([0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0])?];
+    /// let wall = [view(0, 3.0), view(1, 1.0)];
+    /// assert!(PlaneView::misfit(&wall, &wall, &poses)? < 1e-6);
+    /// // 10 cm are ten deviations.
+    /// assert!((PlaneView::misfit(&[view(1, 1.1)], &wall, &poses)? - 100.0).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownPose`], [`Error::NoInformation`]; [`Error::Singular`] where numbers are too large.
-    pub fn misfit(views: &[Self], poses: &[Pose]) -> Result<f64, Error> {
+    /// [`Error::UnknownPose`], [`Error::NoInformation`]; [`Error::Singular`] where numbers are too large, or
+    /// when there are views and nothing `seen`.
+    pub fn misfit(views: &[Self], seen: &[Self], poses: &[Pose]) -> Result<f64, Error> {
         if views.is_empty() {
             return Ok(0.0);
         }
-        // Views are numbered anew, each with its pose, so that the number of all poses does not matter.
-        let pose_of = |view: &Self| {
-            let unknown = Error::UnknownPose { pose: view.pose, poses: poses.len() };
-            poses.get(view.pose).map(isometry).ok_or(unknown)
-        };
-        let own_poses: Vec<_> = views.iter().map(pose_of).collect::<Result<_, _>>()?;
-        let factor = |(pose, view): (usize, &Self)| PlaneFactor::new(&Self { pose, ..*view }, views.len());
-        let factors: Vec<_> = views.iter().enumerate().map(factor).collect::<Result<_, _>>()?;
-        let weights = vec![1.0; factors.len()];
-        let best = PlaneFactor::best(&factors, &own_poses, &weights).ok_or(Error::Singular)?;
-        let errors =
-            factors.iter().zip(&own_poses).map(|(view, pose)| view.error(pose, &best).norm_squared());
-        Ok(errors.sum())
+        let (seen, seen_from) = with_own_poses(seen, poses)?;
+        let weights = vec![1.0; seen.len()];
+        let plane = PlaneFactor::best(&seen, &seen_from, &weights).ok_or(Error::Singular)?;
+        let (views, from) = with_own_poses(views, poses)?;
+        Ok(views.iter().zip(&from).map(|(view, pose)| view.error(pose, &plane).norm_squared()).sum())
     }
+}
+
+/// Views numbered anew, each with its pose, so that the number of all poses does not matter.
+fn with_own_poses(
+    views: &[PlaneView],
+    poses: &[Pose],
+) -> Result<(Vec<PlaneFactor>, Vec<Isometry3<f64>>), Error> {
+    let pose_of = |view: &PlaneView| {
+        let unknown = Error::UnknownPose { pose: view.pose, poses: poses.len() };
+        poses.get(view.pose).map(isometry).ok_or(unknown)
+    };
+    let own_poses: Vec<_> = views.iter().map(pose_of).collect::<Result<_, _>>()?;
+    let factor =
+        |(pose, view): (usize, &PlaneView)| PlaneFactor::new(&PlaneView { pose, ..*view }, views.len());
+    Ok((views.iter().enumerate().map(factor).collect::<Result<_, _>>()?, own_poses))
 }
 
 impl PlaneFactor {
@@ -252,21 +278,41 @@ mod tests {
         }
     }
 
-    /// Of views of one plane with the noise that they are said to have, it is the sum over their errors.
+    /// 0 for views of one plane; views at a distance, or tilted, are off the plane between.
     #[test]
     fn misfit_is_the_squared_error_of_what_is_off_the_plane() {
         let covariance = [0.3, 0.0, 0.0, 0.3, 0.0, 0.0];
         let at =
             |pose, x: f64, z: f64| PlaneView { pose, information: 1e4, centroid: [x, 0.0, z], covariance };
         let poses = [Pose::identity(), Pose::new([0.0, 0.0, 2.0], [0.0, 0.0, 0.0, 1.0]).unwrap()];
-        let one_plane = [at(0, 0.0, 3.0), at(0, 1.0, 3.0), at(1, 0.0, 1.0)];
-        assert!(PlaneView::misfit(&one_plane, &poses).unwrap() < 1e-9);
+        let of_all = |views: &[PlaneView]| PlaneView::misfit(views, views, &poses);
+        assert!(of_all(&[at(0, 0.0, 3.0), at(0, 1.0, 3.0), at(1, 0.0, 1.0)]).unwrap() < 1e-9);
         // Two views 2 cm apart, over each other, are 1 cm from the plane between: one deviation each.
-        let two = PlaneView::misfit(&[at(0, 0.0, 3.0), at(1, 0.0, 1.02)], &poses).unwrap();
+        let two = of_all(&[at(0, 0.0, 3.0), at(1, 0.0, 1.02)]).unwrap();
         assert!((two - 2.0).abs() < 1e-9, "{two}");
-        assert_eq!(PlaneView::misfit(&[], &poses), Ok(0.0));
-        let unknown = PlaneView::misfit(&[at(2, 0.0, 3.0)], &poses);
-        assert_eq!(unknown, Err(Error::UnknownPose { pose: 2, poses: 2 }));
+        // One is 2 cm from the plane of the other.
+        let from_other = PlaneView::misfit(&[at(1, 0.0, 1.02)], &[at(0, 0.0, 3.0)], &poses).unwrap();
+        assert!((from_other - 4.0).abs() < 1e-9, "{from_other}");
+        // Two that are tilted by 2 degrees against each other are off by half of that each.
+        let half = 1_f64.to_radians();
+        let turned = Pose::new([0.0; 3], [half.sin(), 0.0, 0.0, half.cos()]).unwrap();
+        let both = [at(0, 0.0, 0.0), at(1, 0.0, 0.0)];
+        let tilted = PlaneView::misfit(&both, &both, &[Pose::identity(), turned]).unwrap();
+        let each = 1e4 * 0.3 * half.sin().powi(2);
+        assert!((tilted - 2.0 * each).abs() < 1e-9, "{tilted} {each}");
+    }
+
+    #[test]
+    fn misfit_of_few_views_and_of_wrong_ones() {
+        let view = random_view(&mut SplitMix64::new(5), 0);
+        let poses = [Pose::identity()];
+        assert!(PlaneView::misfit(&[view], &[view], &poses).unwrap() < 1e-9);
+        assert_eq!(PlaneView::misfit(&[], &[], &poses), Ok(0.0));
+        assert_eq!(PlaneView::misfit(&[view], &[], &poses), Err(Error::Singular));
+        let unknown = PlaneView { pose: 2, ..view };
+        let error = Error::UnknownPose { pose: 2, poses: 1 };
+        assert_eq!(PlaneView::misfit(&[unknown], &[view], &poses), Err(error.clone()));
+        assert_eq!(PlaneView::misfit(&[view], &[unknown], &poses), Err(error));
     }
 
     #[test]

@@ -369,10 +369,10 @@ fn refine(builder: &mut MapBuilder) -> Result<CorrectionCost, AnyError> {
     let (report, cost) = timed(|| builder.refine_poses(&RefineConfig::default()));
     bar.finish();
     let report = report?;
-    let RefinedPoses { planes, views, views_left_out, met_again, unheld, .. } = &report.found;
+    let RefinedPoses { planes, views, views_left_out, met_again, parted, unheld, .. } = &report.found;
     println!(
         "refined in {} rounds by {planes} planes: {views_left_out} of {views} views left out, {met_again} pairs met again, \
-         {} motions held by odometry alone",
+         {parted} parted, {} motions held by odometry alone",
         report.costs.len(),
         unheld.len()
     );

@@ -655,6 +655,10 @@ class RefineReport:
         """
 
     @property
+    def parted(self) -> int:
+        """Times that a plane of the map turned out to be two, since drift had put another in its place."""
+
+    @property
     def costs(self) -> list[list[float]]:
         """Cost of each round, before and after: half the sum of squared errors in standard deviations."""
 

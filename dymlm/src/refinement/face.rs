@@ -1,16 +1,17 @@
+use dymlm_core::Pose;
 use dymlm_core::vector3::{Vector3, along, cross, difference, dot, norm};
-use dymlm_core::{Pose, symmetric_eigen3};
 use dymlm_refine::PlaneView;
 
-use super::odometry_drift::{OdometryDrift, quadratic};
+use super::odometry_drift::{OdometryDrift, REACH, quadratic};
+use super::patch::Patch;
 
-/// Most views of a plane that are compared with those of others, evenly chosen.
+/// Most views of a visit that are compared with those of others, evenly chosen.
 const COMPARED_VIEWS: usize = 12;
-/// Greatest distance between two views of one plane, in standard deviations of the odometry between them.
-pub(super) const REACH: f64 = 3.0;
-/// Greatest angle between the normals of two views of one plane, radians: planes are associated below 10
-/// degrees.
+/// Slack of the quick test: how far the drift of the rotation may move a face sideways, as a share of the
+/// distance.
 const MOST_TILT: f64 = 0.2;
+/// Least cosine between the normals of faces that may lie over each other: 60 degrees.
+const LEAST_COSINE: f64 = 0.5;
 /// Factor between the sizes of a plane that is seen twice, once from another side or in part: one standard
 /// deviation.
 const SIZE_FACTOR: f64 = 2.0;
@@ -25,16 +26,6 @@ pub(super) struct Face {
     radius: f64,
     /// Greatest distance from its middle that a view with its radius reaches, metres.
     extent: f64,
-}
-
-/// What a view shows of a plane, in the world.
-pub(super) struct Patch {
-    pub(super) view: PlaneView,
-    pub(super) centroid: Vector3,
-    /// Toward the camera.
-    pub(super) normal: Vector3,
-    /// Distance of the inliers from their centroid within the plane, root mean square, metres.
-    radius: f64,
 }
 
 impl Face {
@@ -53,7 +44,12 @@ impl Face {
     /// Whether any of their views can lie over each other: a quick test, since most planes of a building
     /// cannot.
     pub(super) fn may_lie_over(&self, other: &Self) -> bool {
-        let Some(Patch { normal, .. }) = self.views.first() else { return false };
+        let (Some(Patch { normal, .. }), Some(first)) = (self.views.first(), other.views.first()) else {
+            return false;
+        };
+        if dot(*normal, first.normal) < LEAST_COSINE {
+            return false;
+        }
         let apart = difference(other.middle, self.middle);
         let within = along(apart, -dot(*normal, apart), *normal);
         norm(within) <= self.extent + other.extent + MOST_TILT * norm(apart)
@@ -68,7 +64,10 @@ impl Face {
     /// in squared standard deviations; and the view of each where they overlap most. `None` when these views
     /// do not overlap, or are further apart than poses can have drifted.
     pub(super) fn unlikeliness(&self, other: &Self, drift: &OdometryDrift) -> Option<(f64, [PlaneView; 2])> {
-        let [a, b] = self.nearest_views(other, |a, b| a.faces_as(b) && a.gap(b) < 1.0)?;
+        let (gap, [a, b]) = self.nearest_views(other, Patch::faces_as)?;
+        if gap >= 1.0 {
+            return None;
+        }
         let [first, last] = [a.view.pose.min(b.view.pose), a.view.pose.max(b.view.pose)];
         let distance = dot(a.normal, difference(b.centroid, a.centroid));
         let noise = 1.0 / a.view.information + 1.0 / b.view.information;
@@ -85,44 +84,17 @@ impl Face {
 
     /// The view of each that are nearest to each other, whether they overlap or not.
     pub(super) fn joint(&self, other: &Self) -> Option<[PlaneView; 2]> {
-        self.nearest_views(other, |_, _| true).map(|patches| patches.map(|patch| patch.view))
+        self.nearest_views(other, |_, _| true).map(|(_, patches)| patches.map(|patch| patch.view))
     }
 
+    /// The gap between the nearest of the views that may be compared, and these.
     fn nearest_views<'a>(
         &'a self,
         other: &'a Self,
         are_comparable: impl Fn(&Patch, &Patch) -> bool,
-    ) -> Option<[&'a Patch; 2]> {
+    ) -> Option<(f64, [&'a Patch; 2])> {
         let pairs = self.views.iter().flat_map(|a| other.views.iter().map(move |b| [a, b]));
-        pairs.filter(|[a, b]| are_comparable(a, b)).min_by(|[a, b], [c, d]| a.gap(b).total_cmp(&c.gap(d)))
-    }
-}
-
-impl Patch {
-    pub(super) fn new(view: &PlaneView, poses: &[Pose]) -> Option<Self> {
-        let pose = poses.get(view.pose)?;
-        let [xx, xy, xz, yy, yz, zz] = view.covariance;
-        let eigen = symmetric_eigen3([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])?;
-        let normal = eigen.vectors[2];
-        let faces_camera = dot(normal, view.centroid) < 0.0;
-        let normal = if faces_camera { normal } else { normal.map(|c| -c) };
-        Some(Self {
-            view: *view,
-            centroid: pose.transform_point(view.centroid),
-            normal: pose.rotate(normal),
-            radius: (eigen.values[0] + eigen.values[1]).max(0.0).sqrt(),
-        })
-    }
-
-    /// Distance between two patches within their planes, in units of their radii: below 1 they lie over each
-    /// other.
-    fn gap(&self, other: &Self) -> f64 {
-        let apart = difference(other.centroid, self.centroid);
-        let within = along(apart, -dot(self.normal, apart), self.normal);
-        norm(within) / (self.radius + other.radius)
-    }
-
-    fn faces_as(&self, other: &Self) -> bool {
-        dot(self.normal, other.normal) > 0.0
+        let comparable = pairs.filter(|[a, b]| are_comparable(a, b)).map(|[a, b]| (a.gap(b), [a, b]));
+        comparable.min_by(|one, other| one.0.total_cmp(&other.0))
     }
 }

@@ -14,19 +14,27 @@ pub(super) struct Link {
     pub(super) views: [PlaneView; 2],
 }
 
-/// Visits that may be of one plane: those to one plane of the map, each with the next, and those to planes that
-/// the map has as two, since the poses had drifted too far for it to join them.
+/// Visits that may be of one plane: those to one plane of the map, each with the next, and each visit with the
+/// likeliest other one, which may be of another plane of the map: the poses had drifted too far for it to join
+/// them. Those to one plane of the map come first.
 ///
-/// Many links are wrong: they are for a solver that finds out which.
-pub(super) fn links(visits: &[PlaneVisit], poses: &[Pose], drift: &OdometryDrift) -> Vec<Link> {
-    let faces: Vec<Face> = visits.iter().map(|visit| Face::new(&visit.views, poses)).collect();
+/// Many links are wrong; the solver finds out which.
+pub(super) fn links_between(visits: &[PlaneVisit<'_>], poses: &[Pose], drift: &OdometryDrift) -> Vec<Link> {
+    let faces: Vec<Face> = visits.iter().map(|visit| Face::new(visit.views, poses)).collect();
     let mut links = visits_in_turn(visits, &faces);
-    links.extend(planes_met_again(visits, &faces, drift));
+    links.extend(likeliest(&faces, drift));
+    let rank = |link: &Link| {
+        let [one, other] = link.visits.map(|visit| visits[visit].plane);
+        (one != other, link.visits)
+    };
+    // Of equal links the first stays, which is the one in turn.
+    links.sort_by_key(rank);
+    links.dedup_by_key(|link| link.visits);
     links
 }
 
 /// Each visit with the next one to the same plane of the map.
-fn visits_in_turn(visits: &[PlaneVisit], faces: &[Face]) -> Vec<Link> {
+fn visits_in_turn(visits: &[PlaneVisit<'_>], faces: &[Face]) -> Vec<Link> {
     let in_turn = (1..visits.len()).filter(|&next| visits[next - 1].plane == visits[next].plane);
     let link = |next: usize| {
         let views = faces[next - 1].joint(&faces[next])?;
@@ -36,26 +44,22 @@ fn visits_in_turn(visits: &[PlaneVisit], faces: &[Face]) -> Vec<Link> {
 }
 
 /// Each visit with the likeliest one that lies over it within the drift of the odometry, unless one key frame
-/// has seen both, or both are of one plane of the map. The likeliest is near, and of about the same size: where
-/// heights have drifted, a floor comes to lie under a seat.
-fn planes_met_again(visits: &[PlaneVisit], faces: &[Face], drift: &OdometryDrift) -> Vec<Link> {
-    let mut links = Vec::new();
-    for (own, face) in faces.iter().enumerate() {
+/// has seen both. The likeliest is near, and of about the same size: where heights have drifted, a floor comes
+/// to lie under a seat.
+fn likeliest(faces: &[Face], drift: &OdometryDrift) -> Vec<Link> {
+    let of = |(own, face): (usize, &Face)| {
         let others = faces.iter().enumerate().filter(|(other, _)| *other != own);
         let over_it = others.filter(|(_, other)| face.may_lie_over(other) && !face.was_seen_with(other));
         let apart = over_it.filter_map(|(other, other_face)| {
             let (unlikeliness, views) = face.unlikeliness(other_face, drift)?;
             Some((unlikeliness, other, views))
         });
-        let Some((_, other, [a, b])) = apart.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-        if visits[own].plane != visits[other].plane {
-            let in_order = if own < other { ([own, other], [a, b]) } else { ([other, own], [b, a]) };
-            links.push(Link { visits: in_order.0, views: in_order.1 });
-        }
-    }
-    links.sort_by_key(|link| link.visits);
-    links.dedup_by_key(|link| link.visits);
-    links
+        let (_, other, [a, b]) = apart.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let in_order = Link { visits: [own, other], views: [a, b] };
+        let reversed = Link { visits: [other, own], views: [b, a] };
+        Some(if own < other { in_order } else { reversed })
+    };
+    faces.iter().enumerate().filter_map(of).collect()
 }
 
 #[cfg(test)]
@@ -81,10 +85,10 @@ mod tests {
     fn pairs_of(planes: &[&[PlaneView]]) -> Vec<[usize; 2]> {
         let poses = vec![Pose::identity(); 200];
         let drift = OdometryDrift::new(&poses, (0..199).map(|_| STEP));
-        let visit =
-            |(views, id): (&&[PlaneView], u64)| PlaneVisit { plane: PlaneId::new(id), views: views.to_vec() };
-        let visits: Vec<PlaneVisit> = planes.iter().zip(1..).map(visit).collect();
-        links(&visits, &poses, &drift).iter().map(|link| link.views.map(|view| view.pose)).collect()
+        let ids = (1..).map(PlaneId::new);
+        let visits: Vec<PlaneVisit<'_>> =
+            planes.iter().zip(ids).map(|(views, plane)| PlaneVisit { plane, views }).collect();
+        links_between(&visits, &poses, &drift).iter().map(|link| link.views.map(|view| view.pose)).collect()
     }
 
     #[test]
@@ -119,12 +123,14 @@ mod tests {
             (7, view(60, 3.0, 0.0)),
             (8, view(80, 1.0, 0.0)),
         ];
-        let visit = |(id, view)| PlaneVisit { plane: PlaneId::new(id), views: vec![view] };
-        let visits = visits.map(visit);
+        let visits = visits
+            .each_ref()
+            .map(|(id, view)| PlaneVisit { plane: PlaneId::new(*id), views: std::slice::from_ref(view) });
         let poses = vec![Pose::identity(); 200];
         let drift = OdometryDrift::new(&poses, (0..199).map(|_| STEP));
-        let found: Vec<[usize; 2]> = links(&visits, &poses, &drift).iter().map(|link| link.visits).collect();
-        assert_eq!(found, [[0, 1], [1, 2]]);
+        let found: Vec<[usize; 2]> =
+            links_between(&visits, &poses, &drift).iter().map(|link| link.visits).collect();
+        assert_eq!(found, [[0, 1], [0, 2], [1, 2]]);
     }
 
     #[test]

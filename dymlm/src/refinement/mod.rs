@@ -7,6 +7,7 @@ mod links;
 mod loop_closure;
 mod object_views;
 mod odometry_drift;
+mod patch;
 mod plane_groups;
 mod plane_visits;
 mod pose_problem;

@@ -3,6 +3,9 @@ use std::ops::Range;
 use dymlm_core::Pose;
 use dymlm_core::vector3::{Vector3, dot};
 
+/// How far poses may have drifted, in standard deviations of the odometry.
+pub(super) const REACH: f64 = 3.0;
+
 /// How far odometry may have drifted between two key frames. Holds prefix sums over the steps, so that a
 /// query costs the same however many steps are between.
 pub(super) struct OdometryDrift {

@@ -4,7 +4,7 @@ use dymlm_core::{FrameId, ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_planes::{PlaneMap, PlaneSighting};
 use dymlm_refine::{LandmarkView, PlaneView, PoseGraph, RelativePose, Solution, SolverConfig};
 
-use super::links::{Link, links};
+use super::links::{Link, links_between};
 use super::object_views::views_by_object;
 use super::odometry_drift::OdometryDrift;
 use super::plane_groups::PlaneGroups;
@@ -14,7 +14,7 @@ use super::{LoopClosure, RefineConfig, RefinedPoses, UnheldMotion};
 use crate::session_log::{InsertedFrame, SessionLog};
 use crate::{Error, MultiLevelMap};
 
-/// Most searches for visits that may be of one plane before the maps are built again; each is followed by a solve.
+/// Most searches for visits that may be of one plane before the maps are built again.
 const MOST_SEARCHES: usize = 10;
 
 /// Most key frames at which the covariance of the pose is examined, evenly chosen.
@@ -51,9 +51,8 @@ pub(super) struct PoseProblem<'a> {
 struct Found {
     graph: PoseGraph,
     solution: Solution,
-    /// Links whose ends the solution has on one plane, and others.
-    held: Vec<Link>,
-    broken: Vec<Link>,
+    /// By link, whether both its views count in the solution.
+    holds: Vec<bool>,
 }
 
 impl<'a> PoseProblem<'a> {
@@ -82,8 +81,8 @@ impl<'a> PoseProblem<'a> {
         let drift = self.drift();
         let visits = plane_visits(&self.views, &self.poses, &drift, self.max_distance);
         let mut groups = PlaneGroups::new(&visits, self.max_distance);
-        let (initial_cost, linked) = self.link_visits(&visits, &groups, &drift)?;
-        let (found, parted) = self.group_visits(&mut groups, linked)?;
+        let (initial_cost, links, poses) = self.link_visits(&visits, &groups, &drift)?;
+        let found = self.group_visits(&mut groups, links, poses)?;
         let unheld = self.unheld(&found, &drift)?;
         let solution = found.solution;
         let frames = self.given.iter().map(|key_frame| key_frame.frame);
@@ -95,7 +94,7 @@ impl<'a> PoseProblem<'a> {
             views: self.views.values().map(Vec::len).sum(),
             views_left_out: solution.views_left_out.len(),
             met_again: groups.joined_planes(),
-            parted,
+            parted: groups.parted(),
             objects: self.object_views.values().filter(has_several).count(),
             object_views: self.object_views.values().map(Vec::len).sum(),
             object_views_left_out: solution.landmark_views_left_out.len(),
@@ -105,45 +104,52 @@ impl<'a> PoseProblem<'a> {
         })
     }
 
-    /// Visits to planes are apart, and linked where they may be of one plane. At better poses, others turn out to
-    /// be so: search and solve alternate until the links found were tried before. The cost in the beginning, and
-    /// the last solution.
+    /// Solves with all visits apart and links between those that may be of one plane. Better poses show other
+    /// links, so search and solve alternate until a search finds links that were tried. Returns the cost at the
+    /// start, and of the last solution the links to group visits by, and the poses.
     fn link_visits(
         &self,
-        visits: &[PlaneVisit],
+        visits: &[PlaneVisit<'_>],
         groups: &PlaneGroups<'_>,
         drift: &OdometryDrift,
-    ) -> Result<(f64, Found), Error> {
-        let mut tried = vec![links(visits, &self.poses, drift)];
-        let mut found = self.solve_with(&self.poses, groups, &tried[0])?;
-        let initial_cost = found.solution.initial_cost;
+    ) -> Result<(f64, Vec<Link>, Vec<Pose>), Error> {
+        let ends = |links: &[Link]| links.iter().map(|link| link.visits).collect::<Vec<_>>();
+        let mut links = links_between(visits, &self.poses, drift);
+        let mut found = self.solve_with(&self.poses, groups, &links)?;
+        let (initial_cost, mut tried) = (found.solution.initial_cost, vec![ends(&links)]);
         while tried.len() < MOST_SEARCHES {
-            let links = links(visits, &found.solution.poses, drift);
-            if tried.contains(&links) {
+            let next = links_between(visits, &found.solution.poses, drift);
+            if tried.contains(&ends(&next)) {
                 break;
             }
-            found = self.solve_with(&found.solution.poses, groups, &links)?;
-            tried.push(links);
+            found = self.solve_with(&found.solution.poses, groups, &next)?;
+            tried.push(ends(&next));
+            links = next;
         }
-        Ok((initial_cost, found))
+        // Visits to one plane of the map are tried even if the solver dropped their link: the map's tolerance
+        // decides.
+        let mut holds = found.holds.iter();
+        links.retain(|link| holds.next() == Some(&true) || groups.is_of_one_plane(link));
+        Ok((initial_cost, links, found.solution.poses))
     }
 
-    /// Takes visits together that turn out to be of one plane, and solves, until there are no more of them. Links
-    /// that are left over are wrong. The last solution, and the number of these that are between visits to one
-    /// plane of the map.
-    fn group_visits(&self, groups: &mut PlaneGroups<'_>, linked: Found) -> Result<(Found, usize), Error> {
-        // Noise alone need not explain how what the map has as one plane differs from view to view.
-        let mut links = linked.held;
-        links.extend(linked.broken.into_iter().filter(|link| groups.is_of_one_plane(link)));
-        let mut poses = linked.solution.poses;
+    /// Takes visits together that turn out to be of one plane, and solves, until there are no more of them.
+    /// Links that are left over are wrong. Returns the last solution.
+    fn group_visits(
+        &self,
+        groups: &mut PlaneGroups<'_>,
+        mut links: Vec<Link>,
+        mut poses: Vec<Pose>,
+    ) -> Result<Found, Error> {
         loop {
             let between = groups.join(&links, &poses)?;
-            if between.len() == links.len() {
-                let parted = between.iter().filter(|link| groups.is_of_one_plane(link)).count();
-                return Ok((self.solve_with(&poses, groups, &[])?, parted));
+            let is_last = between.len() == links.len();
+            links = if is_last { Vec::new() } else { between };
+            let found = self.solve_with(&poses, groups, &links)?;
+            if links.is_empty() {
+                return Ok(found);
             }
-            links = between;
-            poses = self.solve_with(&poses, groups, &links)?.solution.poses;
+            poses = found.solution.poses;
         }
     }
 
@@ -168,14 +174,11 @@ impl<'a> PoseProblem<'a> {
         }
         let solution = graph.optimize(&SolverConfig::default())?;
         let first = groups.views().len();
-        let is_broken = |number: usize| {
-            let views = [0, 1].map(|view| [first + number, view]);
-            views.iter().any(|view| solution.views_left_out.binary_search(view).is_ok())
+        let counts = |plane: usize, view: usize| {
+            solution.views_left_out.binary_search(&[first + plane, view]).is_err()
         };
-        let numbered = links.iter().cloned().enumerate();
-        let (broken, held): (Vec<_>, Vec<_>) = numbered.partition(|(number, _)| is_broken(*number));
-        let [held, broken] = [held, broken].map(|links| links.into_iter().map(|(_, link)| link).collect());
-        Ok(Found { graph, solution, held, broken })
+        let holds = (0..links.len()).map(|link| counts(link, 0) && counts(link, 1)).collect();
+        Ok(Found { graph, solution, holds })
     }
 
     fn drift(&self) -> OdometryDrift {

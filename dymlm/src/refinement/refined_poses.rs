@@ -18,8 +18,9 @@ pub struct RefinedPoses {
     pub views_left_out: usize,
     /// Pairs of planes of the map that turned out to be one plane, met again after a while.
     pub met_again: usize,
-    /// Times that the map had taken another plane for one that it knew, when that came into view again after a
-    /// while: the poses had drifted so far that the other lay in its place.
+    /// Times that a plane of the map turned out to be two: it was out of view for a while, drift brought another
+    /// plane to its place, and the map took that for it. Maps that are built at these poses have both, so that
+    /// after the first round it is usually 0.
     pub parted: usize,
     /// Objects of which key frames have seen more than one side, or one side more than once.
     pub objects: usize,
@@ -30,7 +31,9 @@ pub struct RefinedPoses {
     /// Motions that only odometry determines, at up to 32 key frames, evenly chosen, in their order: along a
     /// corridor, or within the only plane that is seen. In these the poses are as good as the caller's.
     pub unheld: Vec<UnheldMotion>,
-    /// Half the sum of squared errors, in standard deviations: before and after the solve.
+    /// Half the sum of squared errors, in standard deviations: before and after the solve. The first counts
+    /// what a plane shows before and after it was out of view as two planes, and all that may join such; the
+    /// last has one plane where they turned out to be one, and counts nothing that was left out.
     pub cost: [f64; 2],
     /// Loop closures that were left out as wrong, by their places in the list.
     pub left_out: Vec<usize>,

@@ -53,6 +53,7 @@ fn planes_take_out_drift() {
         let first = report.costs[0];
         assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
         assert!(report.found.planes > 6 && report.found.views > 300 && report.correction.key_frames == 100);
+        assert_eq!(report.found.parted, 0, "seed {seed}");
     }
 }
 
@@ -65,6 +66,7 @@ fn planes_that_are_met_again_are_one() {
     let sequence = Sequence::new(&building).unwrap();
     let mut builder = mapped(&sequence);
     let before = error(&builder, &sequence);
+    assert!(builder.map().refined_poses(&RefineConfig::default(), &[]).unwrap().met_again > 3);
     let report = builder.refine_poses(&RefineConfig::default()).unwrap();
     let after = error(&builder, &sequence);
     assert!(after < 0.25 * before, "{before} m before, {after} m after");
