@@ -6,12 +6,20 @@ use super::odometry_drift::OdometryDrift;
 use super::plane_visits::PlaneVisit;
 
 /// Two visits that may be of one plane.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(super) struct Link {
     /// Their places in the list of visits, ascending.
     pub(super) visits: [usize; 2],
     /// A view of each, those nearest to each other.
     pub(super) views: [PlaneView; 2],
+}
+
+impl Link {
+    /// Whether both visits are to one plane of the map.
+    pub(super) fn is_of_one_plane(&self, visits: &[PlaneVisit<'_>]) -> bool {
+        let [one, other] = self.visits.map(|visit| visits[visit].plane);
+        one == other
+    }
 }
 
 /// Visits that may be of one plane: those to one plane of the map, each with the next, and each visit with the
@@ -23,12 +31,8 @@ pub(super) fn links_between(visits: &[PlaneVisit<'_>], poses: &[Pose], drift: &O
     let faces: Vec<Face> = visits.iter().map(|visit| Face::new(visit.views, poses)).collect();
     let mut links = visits_in_turn(visits, &faces);
     links.extend(likeliest(&faces, drift));
-    let rank = |link: &Link| {
-        let [one, other] = link.visits.map(|visit| visits[visit].plane);
-        (one != other, link.visits)
-    };
     // Of equal links the first stays, which is the one in turn.
-    links.sort_by_key(rank);
+    links.sort_by_key(|link| (!link.is_of_one_plane(visits), link.visits));
     links.dedup_by_key(|link| link.visits);
     links
 }

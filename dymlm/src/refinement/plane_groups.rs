@@ -36,7 +36,8 @@ impl<'a> PlaneGroups<'a> {
             if one == other {
                 continue;
             }
-            if !self.are_one([one, other], poses, self.is_of_one_plane(link))? {
+            let in_map = link.is_of_one_plane(self.visits);
+            if !self.are_one([one, other], poses, in_map)? {
                 between.push(link.clone());
                 continue;
             }
@@ -44,18 +45,12 @@ impl<'a> PlaneGroups<'a> {
             let views = self.views.remove(&later).unwrap_or_default();
             self.views.entry(first).or_default().extend(views);
             self.earlier[later] = first;
-            let [a, b] = link.visits.map(|visit| self.visits[visit].plane);
-            if a != b {
+            if !in_map {
+                let [a, b] = link.visits.map(|visit| self.visits[visit].plane);
                 self.joined.insert([a.min(b), a.max(b)]);
             }
         }
         Ok(between)
-    }
-
-    /// Whether a link is between visits to one plane of the map.
-    pub(super) fn is_of_one_plane(&self, link: &Link) -> bool {
-        let [one, other] = link.visits.map(|visit| self.visits[visit].plane);
-        one == other
     }
 
     /// Whether two groups are of one plane; two that one key frame has seen are not. What the map has as one

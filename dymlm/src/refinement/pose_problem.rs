@@ -129,7 +129,7 @@ impl<'a> PoseProblem<'a> {
         // Visits to one plane of the map are tried even if the solver dropped their link: the map's tolerance
         // decides.
         let mut holds = found.holds.iter();
-        links.retain(|link| holds.next() == Some(&true) || groups.is_of_one_plane(link));
+        links.retain(|link| holds.next() == Some(&true) || link.is_of_one_plane(visits));
         Ok((initial_cost, links, found.solution.poses))
     }
 
