@@ -52,11 +52,14 @@ impl BitWriter {
     }
 
     /// Appends the number of bytes that the bits take, then the bits.
-    pub fn finish(mut self, out: &mut Vec<u8>) {
+    pub fn finish(self, out: &mut Vec<u8>) {
         let rest = self.rest.to_le_bytes();
-        self.bytes.extend(rest.iter().take(self.count.div_ceil(8) as usize));
-        out.extend((self.bytes.len() as u32).to_le_bytes());
-        out.append(&mut self.bytes);
+        let rest = &rest[..self.count.div_ceil(u8::BITS) as usize];
+        let len = self.bytes.len() + rest.len();
+        out.reserve(size_of::<u32>() + len);
+        out.extend((len as u32).to_le_bytes());
+        out.extend_from_slice(&self.bytes);
+        out.extend_from_slice(rest);
     }
 }
 

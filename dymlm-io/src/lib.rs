@@ -58,7 +58,7 @@ pub use map_records::{
 #[cfg(feature = "mcap")]
 pub use mcap_writer::{ColorEncoding, DepthEncoding, GridRecord, McapWriter, McapWriterOptions};
 pub use pcd::{PcdCloud, PcdField, decode_pcd, encode_pcd, read_pcd, write_pcd};
-pub use ply::{decode_ply, encode_ply, read_ply, write_ply};
+pub use ply::{PlyEncoder, decode_ply, encode_ply, read_ply, write_ply};
 #[cfg(feature = "mcap")]
 pub use shapes::outline_cloud;
 pub use trajectory::{StampedPose, Trajectory, TrajectoryGap};

@@ -19,19 +19,17 @@ const COLOR_BITS: u32 = 8;
 /// Appends a block.
 pub(super) fn put_block(block: &VoxelBlock, bits: &mut BitWriter) {
     put_cells(block.places().cells(), bits);
-    let voxels = block.voxels(block.places().cells());
-    let is_usual = voxels.iter().all(|(_, voxel)| is_usual(voxel));
+    // By place.
+    let voxels = || (0..block.len()).map(|index| block.voxel(index));
+    let is_usual = voxels().all(|voxel| is_usual(&voxel));
     bits.put(is_usual.into(), 1);
     if is_usual {
-        let mut code = VoxelCode::new(voxels.iter().all(|(_, voxel)| voxel.sums.uncolored == 0));
-        bits.put(code.are_colored.into(), 1);
-        for (_, voxel) in &voxels {
-            code.put(voxel, bits);
-        }
+        let are_colored = block.is_colored() || voxels().all(|voxel| voxel.sums.uncolored == 0);
+        bits.put(are_colored.into(), 1);
+        let mut code = VoxelCode::new(are_colored);
+        voxels().for_each(|voxel| code.put(&voxel, bits));
     } else {
-        for (_, voxel) in &voxels {
-            put_unusual(voxel, bits);
-        }
+        voxels().for_each(|voxel| put_unusual(&voxel, bits));
     }
 }
 
@@ -221,11 +219,12 @@ impl VoxelCode {
 ///
 /// `None` below [`LEAST_UNIT`].
 fn common_unit(sums: &Sums) -> Option<u64> {
-    let greatest_common_divisor = |mut a: u64, mut b: u64| {
-        while b > 0 {
-            (a, b) = (b, a % b);
+    // What divides the sums so far mostly divides the next one as well, or hardly anything does.
+    let greatest_common_divisor = |mut divisor: u64, mut sum: u64| {
+        while divisor > 0 {
+            (sum, divisor) = (divisor, sum % divisor);
         }
-        Some(a).filter(|&divisor| divisor >= LEAST_UNIT)
+        Some(sum).filter(|&divisor| divisor >= LEAST_UNIT)
     };
     sums.to_array().into_iter().try_fold(0, greatest_common_divisor)
 }

@@ -503,25 +503,46 @@ impl StaticCloud {
         self.len
     }
 
+    /// Whether any static point has a colour.
+    pub(crate) fn has_colors(&self) -> bool {
+        self.blocks.iter().any(|block| !block.look().colors.is_empty())
+    }
+
+    /// Calls `visit` with the static points of each block that has some, in the order of blocks, and with the
+    /// colours of the first of them, as many as have one. Ends with the first error.
+    pub(crate) fn try_for_each_block<E>(
+        &self,
+        voxels: &BlockStore<VoxelBlock>,
+        mut visit: impl FnMut(&[Point], &[Rgb]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for block in self.order(voxels).filter_map(|slot| self.blocks.get(slot)) {
+            let block = block.look();
+            if !block.points.is_empty() {
+                visit(&block.points, &block.colors)?;
+            }
+        }
+        Ok(())
+    }
+
     /// All static points, in the order of blocks; with colours when any point has one, black for points
     /// without.
     pub(crate) fn to_point_cloud(&self, voxels: &BlockStore<VoxelBlock>) -> PointCloud {
+        let has_colors = self.has_colors();
         let mut points = Vec::with_capacity(self.len);
-        let mut colors = Vec::new();
-        for block in self.order(voxels).filter_map(|slot| self.blocks.get(slot)) {
-            let block = block.look();
-            if !block.colors.is_empty() {
-                colors.reserve(self.len - colors.len());
+        let mut colors = Vec::with_capacity(if has_colors { self.len } else { 0 });
+        let Ok(()) = self.try_for_each_block(voxels, |own, own_colors| {
+            points.extend_from_slice(own);
+            if has_colors {
+                colors.extend_from_slice(own_colors);
                 colors.resize(points.len(), Rgb::default());
-                colors.extend_from_slice(&block.colors);
             }
-            points.extend_from_slice(&block.points);
+            Ok::<(), std::convert::Infallible>(())
+        });
+        if has_colors {
+            PointCloud::with_colors(points, colors).unwrap_or_default()
+        } else {
+            PointCloud::new(points)
         }
-        if colors.is_empty() {
-            return PointCloud::new(points);
-        }
-        colors.resize(points.len(), Rgb::default());
-        PointCloud::with_colors(points, colors).unwrap_or_default()
     }
 
     /// Frees the memory of blocks that a clone has paged out.

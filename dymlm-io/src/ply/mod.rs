@@ -10,4 +10,4 @@ mod header;
 mod rows;
 
 pub use decode::{decode_ply, read_ply};
-pub use encode::{encode_ply, write_ply};
+pub use encode::{PlyEncoder, encode_ply, write_ply};

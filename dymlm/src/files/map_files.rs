@@ -1,8 +1,11 @@
+use std::io::{self, Write};
 use std::path::Path;
 
-use dymlm_cloud::Selection;
+use dymlm_cloud::CloudMap;
 use dymlm_history::HistoryConfig;
-use dymlm_io::{MapFolder, MapFolderWriter, PlaneRecord, encode_objects, encode_planes, encode_ply};
+use dymlm_io::{
+    MapFolder, MapFolderWriter, PlaneRecord, PlyEncoder, encode_objects, encode_planes, encode_ply,
+};
 
 use super::{MapSaver, MissingMap, object_records, plane_cloud, plane_records};
 use crate::{Error, MultiLevelMap};
@@ -24,7 +27,7 @@ impl MultiLevelMap {
         folder: &mut MapFolderWriter,
         planes: &[PlaneRecord],
     ) -> Result<(), dymlm_io::Error> {
-        folder.file("cloud.ply", |out| encode_ply(out, &self.cloud().point_cloud(Selection::Static)))?;
+        folder.file("cloud.ply", |out| encode_static_cloud(out, self.cloud()))?;
         folder.file("octree.bt", |out| self.octree().write_bt(out))?;
         folder.file("octree.ot", |out| self.octree().write_ot(out))?;
         folder.file("planes.json", |out| encode_planes(out, planes))?;
@@ -92,4 +95,12 @@ impl MultiLevelMap {
         let (map, missing) = Self::read_state(folder, history)?;
         missing.into_iter().next().map_or(Ok(map), |missing| Err(missing.error))
     }
+}
+
+/// Writes the static cloud, block by block: as a whole it would be in memory twice.
+fn encode_static_cloud(out: &mut dyn Write, cloud: &CloudMap) -> io::Result<()> {
+    let points = cloud.static_points();
+    let mut ply = PlyEncoder::new(out, points.len(), points.has_colors())?;
+    points.try_for_each_block(|points, colors| ply.put(points, colors))?;
+    ply.finish()
 }

@@ -113,20 +113,24 @@ impl MapSaver {
         if saved.is_none() {
             folder.forget();
         }
-        let before = std::mem::take(planes);
-        let records = match saved {
-            Some(saved) => renewed_records(map.planes(), &saved.planes, before),
+        let (earlier, before) = (saved.as_ref(), std::mem::take(planes));
+        let records = || match earlier {
+            Some(earlier) => renewed_records(map.planes(), &earlier.planes, before),
             None => plane_records(map.planes()),
         };
+        let mut written = Vec::new();
         folder.save(map.config(), &CountsOf(map), |folder, state| {
             let (state, files) = crate::parallel::join(
-                || map.write_state(saved.as_ref(), state),
-                || map.write_files_with(folder, &records),
+                || map.write_state(earlier, state),
+                || {
+                    written = records();
+                    map.write_files_with(folder, &written)
+                },
             );
             state.and(files)?;
             write(folder)
         })?;
-        (*saved, *planes) = (Some(SavedState::of(map)), records);
+        (*saved, *planes) = (Some(SavedState::of(map)), written);
         Ok(())
     }
 }

@@ -1,5 +1,5 @@
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use miniz_oxide::deflate::compress_to_vec;
@@ -83,16 +83,18 @@ impl SegmentWriter {
 /// A segment that is read.
 #[derive(Debug)]
 pub(super) struct SegmentReader {
-    file: File,
+    file: BufReader<File>,
     bytes: u64,
-    /// Where the next bytes are read, if that is known: parts mostly follow each other.
+    /// Where the next bytes are read, if that is known: parts mostly follow each other, with gaps where parts
+    /// have been replaced.
     at: Option<u64>,
 }
 
 impl SegmentReader {
     pub(super) fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
-        Ok(Self { bytes: file.metadata()?.len(), file, at: Some(0) })
+        let bytes = file.metadata()?.len();
+        Ok(Self { bytes, file: BufReader::with_capacity(1 << 16, file), at: Some(0) })
     }
 
     /// A part's bytes as stored in the file; `InvalidData` when the checksum differs.
@@ -103,8 +105,10 @@ impl SegmentReader {
         }
         let mut packed = vec![0; part.packed as usize];
         // Nowhere, if reading fails, so that the next part is looked for.
-        if self.at.take() != Some(part.offset) {
-            self.file.seek(SeekFrom::Start(part.offset))?;
+        match self.at.take() {
+            // What is in the buffer stays there.
+            Some(at) => self.file.seek_relative(part.offset.wrapping_sub(at).cast_signed())?,
+            None => drop(self.file.seek(SeekFrom::Start(part.offset))?),
         }
         self.file.read_exact(&mut packed)?;
         self.at = Some(part.offset + part.packed);
