@@ -90,16 +90,20 @@ impl VoxelGrid {
         let VoxelGridScratch { voxels, sums, records } = scratch;
         let (mut points, colors) = std::mem::take(downsampled).into_parts();
         let mut colors = colors.unwrap_or_default();
-        if records.sort_if_scattered(self.lattice, cloud.points(), cloud.colors().unwrap_or_default()) {
-            write(records, |record| record.point, &mut points, centroid);
-            if cloud.colors().is_some() {
-                write(records, |record| record.color, &mut colors, mean_color);
+        points.clear();
+        colors.clear();
+        let (all_colors, is_colored) = (cloud.colors().unwrap_or_default(), cloud.colors().is_some());
+        let is_done = records.visit_if_scattered(self.lattice, cloud.points(), all_colors, |voxel| {
+            points.push(centroid(sum(voxel, |record| record.point)));
+            if is_colored {
+                colors.push(mean_color(sum(voxel, |record| record.color)));
             }
-        } else {
+        });
+        if !is_done {
             voxels.find(self.lattice, cloud.points());
             sums.take(voxels, cloud.points());
             sums.write(voxels, &mut points, centroid);
-            if let Some(all_colors) = cloud.colors() {
+            if is_colored {
                 sums.take(voxels, all_colors);
                 sums.write(voxels, &mut colors, mean_color);
             }
@@ -112,17 +116,10 @@ impl VoxelGrid {
     }
 }
 
-/// Writes one average per voxel.
-fn write<T, N: Copy + Into<f64>>(
-    records: &CellRecords,
-    value: impl Fn(&Record) -> [N; 3],
-    averages: &mut Vec<T>,
-    of: impl Fn([f64; 4]) -> T,
-) {
-    averages.clear();
-    averages.extend(
-        records.cells().map(|voxel| of(voxel.iter().fold([0.0; 4], |sum, record| add(sum, value(record))))),
-    );
+/// Sums over the points of a voxel, in the order of the cloud.
+#[inline]
+fn sum<N: Copy + Into<f64>>(voxel: &[Record], value: impl Fn(&Record) -> [N; 3]) -> [f64; 4] {
+    voxel.iter().fold([0.0; 4], |sum, record| add(sum, value(record)))
 }
 
 /// Adds one value.

@@ -18,7 +18,7 @@ const CACHED: usize = 1 << 18;
 /// One cell in so many is counted.
 const SAMPLED: u64 = 64;
 
-/// The points of a large, scattered cloud with their colours, copied into the order of their lattice cells.
+/// The points of a large, scattered cloud with their colours, brought into the order of their lattice cells.
 ///
 /// Cells ascend by x, then y, then z; the points of a cell keep the order of the cloud. Points that are not finite
 /// are left out.
@@ -26,9 +26,11 @@ const SAMPLED: u64 = 64;
 /// What is moved is the points themselves. [`CellNumbers`](super::CellNumbers) looks up each point's cell in a table,
 /// which is less work as long as the table stays in the caches. Records are put into parts by the upper bits of their
 /// keys, then those of a part by the next bits, until a part is small: O(n), with memory read and written in turn.
+/// Each part is handed over as soon as it is sorted, while it is in the caches.
 #[derive(Debug, Default)]
 pub(crate) struct CellRecords {
     records: Vec<Record>,
+    /// At least as many as the largest part has.
     spare: Vec<Record>,
     /// Where the parts end that records are being put into.
     ends: Vec<usize>,
@@ -46,59 +48,89 @@ pub(crate) struct Record {
 }
 
 impl CellRecords {
-    /// Sorts the points of a large cloud that has too many cells for the caches, and says whether it did. It does not,
-    /// either, where the extent holds more cells than there are keys. `colors` are as many or none.
-    pub(crate) fn sort_if_scattered(
+    /// Calls `visit` with the points of each cell of a large cloud that has too many cells for the caches, and says
+    /// whether it did. It does not, either, where the extent holds more cells than there are keys. `colors` are as
+    /// many or none.
+    pub(crate) fn visit_if_scattered(
         &mut self,
         lattice: CubicLattice,
         points: &[Point],
         colors: &[Rgb],
+        mut visit: impl FnMut(&[Record]),
     ) -> bool {
-        self.records.clear();
         if points.len() < 2 * CACHED {
             return false;
         }
         let keys = Bounds::of(points).and_then(|bounds| CellKeys::new(lattice, &bounds));
-        let sampled = &mut self.sampled;
-        let Some(cell_keys) = keys.filter(|keys| estimated_cells(keys, points, sampled) > CACHED) else {
+        let Some(cell_keys) = keys else { return false };
+        let bits = u64::BITS - cell_keys.max_key().leading_zeros();
+        let rest = bits.saturating_sub(MAX_PART_BITS);
+        if self.count(&cell_keys, points, rest) <= CACHED {
             return false;
-        };
-        self.records.reserve(points.len());
+        }
+        let largest = self.put_into_parts(&cell_keys, points, colors, rest);
+        // What is in there is overwritten, so that it need not be cleared.
+        self.spare.resize(self.spare.len().max(largest), Record::default());
+        let Self { records, spare, ends, .. } = self;
+        let mut first = 0;
+        for part in 0..ends.len() {
+            let end = ends[part];
+            let records = &mut records[first..end];
+            sort(records, &mut spare[..end - first], rest, false, ends);
+            records.chunk_by(|one, next| one.key == next.key).for_each(&mut visit);
+            first = end;
+        }
+        true
+    }
+
+    /// Counts the points of each part, and returns about how many cells hold points. `rest`: the bits of the keys by
+    /// which no part is chosen.
+    fn count(&mut self, cell_keys: &CellKeys, points: &[Point], rest: u32) -> usize {
+        let Self { ends, sampled, .. } = self;
+        ends.clear();
+        ends.resize(1 << MAX_PART_BITS, 0);
+        sampled.clear(points.len() / SAMPLED as usize);
+        // By bits in the middle: the upper ones choose the place in the table.
+        let is_sampled = |key: u64| (spread(key) >> 32).is_multiple_of(SAMPLED);
+        cell_keys.for_each_batch(points, |_, keys| {
+            for &key in keys {
+                // Points that are not finite are in no part.
+                if let Some(count) = ends.get_mut((key >> rest) as usize) {
+                    *count += 1;
+                    if is_sampled(key) {
+                        sampled.number(key);
+                    }
+                }
+            }
+        });
+        sampled.keys().len() * SAMPLED as usize
+    }
+
+    /// Puts all points into the parts that are counted; returns the size of the largest.
+    fn put_into_parts(&mut self, cell_keys: &CellKeys, points: &[Point], colors: &[Rgb], rest: u32) -> usize {
+        let Self { records, ends, .. } = self;
+        let largest = ends.iter().copied().max().unwrap_or(0);
+        let count = begin_parts(ends);
+        // Room that was made before is overwritten, so that it need not be cleared.
+        records.resize(records.len().max(count), Record::default());
         let mut index = 0;
         cell_keys.for_each_batch(points, |points, keys| {
             for (&point, &key) in points.iter().zip(keys) {
-                if key != CellKeys::NOT_FINITE {
+                if let Some(place) = ends.get_mut((key >> rest) as usize) {
                     let color = colors.get(index).copied().unwrap_or_default();
-                    self.records.push(Record { key, point, color });
+                    records[*place] = Record { key, point, color };
+                    *place += 1;
                 }
                 index += 1;
             }
         });
-        let count = self.records.len();
-        // What is in there is overwritten, so that it need not be cleared.
-        self.spare.resize(self.spare.len().max(count), Record::default());
-        let bits = u64::BITS - cell_keys.max_key().leading_zeros();
-        sort(&mut self.records, &mut self.spare[..count], bits, false, &mut self.ends);
-        true
-    }
-
-    /// The points of each cell.
-    pub(crate) fn cells(&self) -> impl Iterator<Item = &[Record]> {
-        self.records.chunk_by(|one, next| one.key == next.key)
+        largest
     }
 }
 
-/// About how many cells hold points.
-fn estimated_cells(cell_keys: &CellKeys, points: &[Point], sampled: &mut CellTable) -> usize {
-    sampled.clear(points.len() / SAMPLED as usize);
-    // By bits in the middle: the upper ones choose the place in the table.
-    let is_sampled = |key: u64| (spread(key) >> 32).is_multiple_of(SAMPLED);
-    cell_keys.for_each_batch(points, |_, keys| {
-        for &key in keys.iter().filter(|key| is_sampled(**key)) {
-            sampled.number(key);
-        }
-    });
-    sampled.keys().len() * SAMPLED as usize
+/// Replaces counts by where their parts begin; returns their sum.
+fn begin_parts(counts: &mut [usize]) -> usize {
+    counts.iter_mut().fold(0, |sum, count| sum + std::mem::replace(count, sum))
 }
 
 /// Sorts records by the lowest `bits` of their keys, in which alone they differ; those of equal keys keep their
@@ -124,10 +156,7 @@ fn sort(records: &mut [Record], spare: &mut [Record], bits: u32, into_spare: boo
     for record in records.iter() {
         counts[part(record)] += 1;
     }
-    let mut count = 0;
-    for end in counts.iter_mut() {
-        count += std::mem::replace(end, count);
-    }
+    begin_parts(counts);
     for record in records.iter() {
         let place = &mut counts[part(record)];
         spare[*place] = *record;
