@@ -92,17 +92,23 @@ fn static_cloud_of(c: &mut Criterion, name: &str, config: CloudMapConfig, frames
     group.bench_function("one more frame", |b| {
         b.iter_custom(|turns| (0..turns).map(|_| further(&mut map)).sum());
     });
-    group.bench_function("static cloud after one more frame", |b| {
-        b.iter_custom(|turns| {
-            let read = |_| {
-                further(&mut map);
-                let start = Instant::now();
-                black_box(map.point_cloud(Selection::Static));
-                start.elapsed()
-            };
-            (0..turns).map(read).sum()
+    // Copied as a whole, and where it is, as queries have it.
+    let copied = |map: &CloudMap| map.point_cloud(Selection::Static).len();
+    let in_place = |map: &CloudMap| map.static_points().len();
+    let reads: [(&str, &dyn Fn(&CloudMap) -> usize); 2] = [("cloud", &copied), ("points", &in_place)];
+    for (what, read) in reads {
+        group.bench_function(format!("static {what} after one more frame"), |b| {
+            b.iter_custom(|turns| {
+                let time = |_| {
+                    further(&mut map);
+                    let start = Instant::now();
+                    black_box(read(&map));
+                    start.elapsed()
+                };
+                (0..turns).map(time).sum()
+            });
         });
-    });
+    }
     group.finish();
     eprintln!("{} voxels, {} bytes", map.held_voxels(), map.memory_bytes());
 }

@@ -94,9 +94,12 @@ impl VoxelGrid {
         colors.clear();
         let (all_colors, is_colored) = (cloud.colors().unwrap_or_default(), cloud.colors().is_some());
         let is_done = records.visit_if_scattered(self.lattice, cloud.points(), all_colors, |voxel| {
-            points.push(centroid(sum(voxel, |record| record.point)));
+            // Most voxels of a scattered cloud hold one point.
+            let only = if let [only] = voxel { Some(only) } else { None };
+            points.push(only.map_or_else(|| centroid(sum(voxel, |record| record.point)), |only| only.point));
             if is_colored {
-                colors.push(mean_color(sum(voxel, |record| record.color)));
+                let mean = || mean_color(sum(voxel, |record| record.color));
+                colors.push(only.map_or_else(mean, |only| only.color));
             }
         });
         if !is_done {

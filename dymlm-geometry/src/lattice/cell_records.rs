@@ -38,10 +38,10 @@ pub(crate) struct CellRecords {
     sampled: CellTable,
 }
 
-/// A point, with the key of its cell.
+/// A point, with the lower bits of the key of its cell: those that differ in a part.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Record {
-    key: u64,
+    key: u32,
     pub(crate) point: Point,
     /// Black where the cloud has no colours.
     pub(crate) color: Rgb,
@@ -49,8 +49,8 @@ pub(crate) struct Record {
 
 impl CellRecords {
     /// Calls `visit` with the points of each cell of a large cloud that has too many cells for the caches, and says
-    /// whether it did. It does not, either, where the extent holds more cells than there are keys. `colors` are as
-    /// many or none.
+    /// whether it did. It does not, either, where the extent holds more than 2^41 cells (of 1 cm, those of a hall of
+    /// 130 m in each direction). `colors` are as many or none.
     pub(crate) fn visit_if_scattered(
         &mut self,
         lattice: CubicLattice,
@@ -65,7 +65,7 @@ impl CellRecords {
         let Some(cell_keys) = keys else { return false };
         let bits = u64::BITS - cell_keys.max_key().leading_zeros();
         let rest = bits.saturating_sub(MAX_PART_BITS);
-        if self.count(&cell_keys, points, rest) <= CACHED {
+        if rest > u32::BITS || self.count(&cell_keys, points, rest) <= CACHED {
             return false;
         }
         let largest = self.put_into_parts(&cell_keys, points, colors, rest);
@@ -118,7 +118,7 @@ impl CellRecords {
             for (&point, &key) in points.iter().zip(keys) {
                 if let Some(place) = ends.get_mut((key >> rest) as usize) {
                     let color = colors.get(index).copied().unwrap_or_default();
-                    records[*place] = Record { key, point, color };
+                    records[*place] = Record { key: key as u32, point, color };
                     *place += 1;
                 }
                 index += 1;
@@ -181,12 +181,12 @@ mod tests {
     fn records_are_sorted_stably_however_their_keys_are_spread() {
         let mut random = SplitMix64::new(3);
         for count in [0, 1, 2, 19, 21, 300, 20_000] {
-            for bits in [0, 1, 9, 27, 52] {
+            for bits in [0, 1, 9, 27, 32] {
                 // Evenly, and most of them in one part of the parts.
                 for spread in [bits, bits.min(5)] {
                     let mut key = || {
                         let bits = if random.below(50) == 0 { bits } else { spread };
-                        random.below(1 << bits) as u64
+                        random.below(1 << bits) as u32
                     };
                     let record = |index| Record { key: key(), point: [index as f32; 3], color: [0; 3] };
                     let mut records: Vec<Record> = (0..count).map(record).collect();
