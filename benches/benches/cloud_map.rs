@@ -93,9 +93,9 @@ fn static_cloud_of(c: &mut Criterion, name: &str, config: CloudMapConfig, frames
         b.iter_custom(|turns| (0..turns).map(|_| further(&mut map)).sum());
     });
     // Copied as a whole, and where it is, as queries have it.
-    let copied = |map: &CloudMap| map.point_cloud(Selection::Static).len();
-    let in_place = |map: &CloudMap| map.static_points().len();
-    let reads: [(&str, &dyn Fn(&CloudMap) -> usize); 2] = [("cloud", &copied), ("points", &in_place)];
+    let copied: fn(&CloudMap) -> usize = |map| map.point_cloud(Selection::Static).len();
+    let in_place: fn(&CloudMap) -> usize = |map| map.static_points().len();
+    let reads = [("cloud", copied), ("points", in_place)];
     for (what, read) in reads {
         group.bench_function(format!("static {what} after one more frame"), |b| {
             b.iter_custom(|turns| {
