@@ -94,9 +94,10 @@ impl VoxelGrid {
         colors.clear();
         let (all_colors, is_colored) = (cloud.colors().unwrap_or_default(), cloud.colors().is_some());
         let is_done = records.visit_if_scattered(self.lattice, cloud.points(), all_colors, |voxel| {
-            // Most voxels of a scattered cloud hold one point.
+            // Most voxels of a scattered cloud hold one point. A sum is never -0.
             let only = if let [only] = voxel { Some(only) } else { None };
-            points.push(only.map_or_else(|| centroid(sum(voxel, |record| record.point)), |only| only.point));
+            let mean = || centroid(sum(voxel, |record| record.point));
+            points.push(only.map_or_else(mean, |only| only.point.map(|c| c + 0.0)));
             if is_colored {
                 let mean = || mean_color(sum(voxel, |record| record.color));
                 colors.push(only.map_or_else(mean, |only| only.color));

@@ -121,9 +121,13 @@ fn a_large_scattered_cloud_equals_the_reference() {
     let cloud = PointCloud::with_colors(points, colors).unwrap();
     let shorter = PointCloud::new(cloud.points()[..550_000].to_vec());
     let small = PointCloud::new(cloud.points()[..1000].to_vec());
+    // All but one point lie in one of the parts that they are put into.
+    let with_outlier = PointCloud::new([shorter.points(), &[[-900.0, -0.0, 0.0]]].concat());
     let (mut scratch, mut downsampled) = (VoxelGridScratch::default(), PointCloud::default());
-    for cloud in [&cloud, &shorter, &small, &cloud] {
+    for cloud in [&cloud, &shorter, &small, &with_outlier, &cloud] {
         voxel_grid(0.01).downsample_into(cloud, &mut scratch, &mut downsampled);
         assert_eq!(downsampled, reference(cloud, 0.01));
     }
+    // More cells than parts of records can tell apart.
+    assert_eq!(voxel_grid(1e-4).downsample(&shorter), reference(&shorter, 1e-4));
 }
