@@ -16,7 +16,7 @@ impl CloudMap {
         let evidence = &self.evidence;
         let voxels = self.voxels.retain(|key| evidence.slot_of(key.cell(0)).is_some());
         let voxels_stay = voxels.as_ref().map(|voxels| voxels.stays.as_slice());
-        self.kept.forget(&cells.stays, voxels_stay, self.voxels.bounds());
+        self.kept.forget(&cells, voxels_stay, self.voxels.bounds());
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
         for slot in voxels.into_iter().flat_map(|voxels| voxels.around) {
             if let Some(block) = self.voxels.begin_change(slot, stamp, seen) {

@@ -1,4 +1,6 @@
-use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, has, put, without};
+use crate::block_store::{
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, Retained, has, put, without,
+};
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
 use crate::paging::{Paged, record};
@@ -133,10 +135,16 @@ impl VerdictGrid {
         }
     }
 
-    /// Forgets blocks of the evidence that are gone; `stays`: by slot, which stayed.
-    pub(crate) fn forget(&mut self, stays: &[bool]) {
-        self.blocks.keep(stays);
-        self.stamps.keep(stays);
+    /// Forgets blocks of the evidence that are gone, and the verdicts on those around: their own evidence is as
+    /// before, but who voted on their cells is gone.
+    pub(crate) fn forget(&mut self, evidence: &Retained) {
+        self.blocks.keep(&evidence.stays);
+        self.stamps.keep(&evidence.stays);
+        for &slot in &evidence.around {
+            if let Some(block) = self.blocks.get_mut(slot) {
+                *block = None;
+            }
+        }
     }
 
     /// The verdicts on the block at a slot, to page them out.

@@ -1,6 +1,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use crate::block_store::Retained;
 use crate::paging::PageOut;
 use crate::static_cloud::{Source, StaticCloud};
 use crate::verdict::VerdictGrid;
@@ -140,10 +141,14 @@ impl SharedKept {
         *self = Self::default();
     }
 
-    /// Forgets what is cached for blocks that are gone. `cells`: by slot, which blocks of the evidence
-    /// stayed; `voxels`: which blocks of voxels stayed, if any went; `bounds`: the
-    /// [bounds](BlockStore::bounds) of those now.
-    pub(crate) fn forget(&mut self, cells: &[bool], voxels: Option<&[bool]>, bounds: Option<[[i32; 3]; 2]>) {
+    /// Forgets what is cached for blocks that are gone. `cells`: which blocks of the evidence stayed; `voxels`: by
+    /// slot, which blocks of voxels stayed, if any went; `bounds`: the [bounds](BlockStore::bounds) of those now.
+    pub(crate) fn forget(
+        &mut self,
+        cells: &Retained,
+        voxels: Option<&[bool]>,
+        bounds: Option<[[i32; 3]; 2]>,
+    ) {
         self.lineage = Lineage::default();
         let Kept { verdicts, cloud } = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
         verdicts.forget(cells);

@@ -228,3 +228,17 @@ fn what_was_loaded_knows_when_the_detector_ran_last() {
     steps.extend(further);
     check_saved_and_loaded(&steps, &Correction { chosen: vec![0], metres: 0.0, radians: 0.0 });
 }
+
+/// A session found by chance: the cells beside the forgotten ones kept the verdict for which those had voted.
+#[cfg(feature = "io")]
+#[test]
+fn what_is_forgotten_votes_no_more_on_the_cells_beside_it() {
+    let correct = |metres| Step::Correct(Correction { chosen: vec![0], metres, radians: 0.0 });
+    let mut steps = vec![Step::Scan];
+    steps.extend(frames(&[false; 10]));
+    steps.extend([correct(-0.1219356720927748), correct(-0.06894255980291915)]);
+    steps.extend(frames(&[false; 2]));
+    steps.extend([Step::Forget { radius: 3.440906340793115 }, Step::BeginSession]);
+    let last = Correction { chosen: vec![12, 9, 1, 2], metres: -0.075, radians: 0.076 };
+    check_saved_and_loaded(&steps, &last);
+}
