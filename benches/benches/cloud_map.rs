@@ -99,13 +99,13 @@ fn static_cloud_of(c: &mut Criterion, name: &str, config: CloudMapConfig, frames
     for (what, read) in reads {
         group.bench_function(format!("static {what} after one more frame"), |b| {
             b.iter_custom(|turns| {
-                let time = |_| {
+                let timed = |_| {
                     further(&mut map);
                     let start = Instant::now();
                     black_box(read(&map));
                     start.elapsed()
                 };
-                (0..turns).map(time).sum()
+                (0..turns).map(timed).sum()
             });
         });
     }

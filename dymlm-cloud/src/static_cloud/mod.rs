@@ -527,22 +527,21 @@ impl StaticCloud {
     /// All static points, in the order of blocks; with colours when any point has one, black for points
     /// without.
     pub(crate) fn to_point_cloud(&self, voxels: &BlockStore<VoxelBlock>) -> PointCloud {
-        let has_colors = self.has_colors();
-        let mut points = Vec::with_capacity(self.len);
-        let mut colors = Vec::with_capacity(if has_colors { self.len } else { 0 });
+        let (mut points, mut colors) = (Vec::with_capacity(self.len), Vec::new());
         let Ok(()) = self.try_for_each_block(voxels, |own, own_colors| {
-            points.extend_from_slice(own);
-            if has_colors {
-                colors.extend_from_slice(own_colors);
+            if !own_colors.is_empty() {
+                colors.reserve(self.len - colors.len());
                 colors.resize(points.len(), Rgb::default());
+                colors.extend_from_slice(own_colors);
             }
+            points.extend_from_slice(own);
             Ok::<(), std::convert::Infallible>(())
         });
-        if has_colors {
-            PointCloud::with_colors(points, colors).unwrap_or_default()
-        } else {
-            PointCloud::new(points)
+        if colors.is_empty() {
+            return PointCloud::new(points);
         }
+        colors.resize(points.len(), Rgb::default());
+        PointCloud::with_colors(points, colors).unwrap_or_default()
     }
 
     /// Frees the memory of blocks that a clone has paged out.
