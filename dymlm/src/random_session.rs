@@ -8,6 +8,8 @@ use dymlm_octree::RayMode;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 use proptest::prelude::*;
 
+#[cfg(feature = "io")]
+use crate::common::fingerprint;
 use crate::common::map_copy::MapCopy;
 use crate::common::{ids, poses};
 #[cfg(feature = "io")]
@@ -138,7 +140,8 @@ impl Session {
         session
     }
 
-    /// Runs the steps, saves the maps after each, and loads them for each further session.
+    /// Runs the steps, saves the maps after each, and loads them for each further session. After each step, what
+    /// was saved is the maps: what they keep between steps (verdicts, points) is what is made from nothing.
     #[cfg(feature = "io")]
     pub(crate) fn run_saved(steps: &[Step], folder: &std::path::Path) -> Self {
         let mut session = Self::new();
@@ -147,6 +150,8 @@ impl Session {
             session.take(step);
             if let Some(saver) = &mut session.saver {
                 saver.save(session.builder.map()).unwrap();
+                let loaded = MultiLevelMap::load(saver.folder()).unwrap();
+                assert!(fingerprint(&loaded) == fingerprint(session.builder.map()), "{step:?}");
             }
             session.check_copy();
         }
