@@ -63,7 +63,7 @@ fn main() -> Result<(), AnyError> {
 
 fn draw_all(out: &Path, frame: usize, random_rooms: u64) -> Result<(), AnyError> {
     std::fs::create_dir_all(out)?;
-    for named in named_sequences(random_rooms) {
+    for named in named_sequences(0..random_rooms) {
         let sequence = Sequence::new(&named.config)?;
         let index = frame.min(sequence.len().saturating_sub(1));
         let frame = sequence.frame(index).ok_or("a sequence without frames")?;

@@ -75,6 +75,9 @@ struct Arguments {
     /// Number of random rooms
     #[arg(long, default_value_t = 4)]
     random_rooms: u64,
+    /// Seed of the first random room; the others have the seeds after it
+    #[arg(long, default_value_t = 0)]
+    first_room: u64,
     #[command(flatten)]
     drift: DriftArguments,
     /// Other depth cameras instead: stereo, time of flight, 320x240, 1280x720, 110 degrees of view, rolled;

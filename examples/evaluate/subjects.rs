@@ -36,7 +36,9 @@ impl Subject {
 
 /// The eight sequences, the second room, and random rooms.
 pub(crate) fn chosen(arguments: &Arguments) -> Result<Vec<Subject>, AnyError> {
-    let subjects = named_sequences(arguments.random_rooms).into_iter().map(|mut named| {
+    let first = arguments.first_room;
+    let rooms = first..first.saturating_add(arguments.random_rooms);
+    let subjects = named_sequences(rooms).into_iter().map(|mut named| {
         if arguments.detector_rate.is_some() {
             let ratio = FAST_FRAME_RATE / named.config.frame_rate;
             named.config.frames = (named.config.frames as f64 * ratio).round() as usize;
@@ -182,7 +184,7 @@ const QUICK_FRAMES: usize = 80;
 /// Two short sequences, one of each activity.
 pub(crate) fn quick() -> Result<Vec<Subject>, AnyError> {
     let quick = [SequenceType::WalkingHalfSphere, SequenceType::SittingXyz].map(SequenceType::name);
-    let sequences = named_sequences(0).into_iter().filter(|named| quick.contains(&named.name.as_str()));
+    let sequences = named_sequences(0..0).into_iter().filter(|named| quick.contains(&named.name.as_str()));
     let subjects = sequences.map(|mut named| {
         named.config.frames = QUICK_FRAMES;
         Subject::new(named, 2)

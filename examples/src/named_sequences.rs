@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use dymlm_sim::{Room, SequenceConfig, SequenceType};
 
 /// A synthetic sequence with a name.
@@ -35,8 +37,8 @@ pub enum SequenceSet {
 /// Frames of a random room: one round of the camera's path.
 const RANDOM_ROOM_FRAMES: usize = 80;
 
-/// The eight sequences, the second room, and the random rooms of the seeds 0, 1, 2 ...
-pub fn named_sequences(random_rooms: u64) -> Vec<NamedSequence> {
+/// The eight sequences, the second room, and the random rooms of these seeds.
+pub fn named_sequences(random_rooms: Range<u64>) -> Vec<NamedSequence> {
     let eight = SequenceType::ALL.iter().map(|kind| NamedSequence {
         name: kind.name().to_owned(),
         config: kind.config(),
@@ -45,7 +47,7 @@ pub fn named_sequences(random_rooms: u64) -> Vec<NamedSequence> {
     let mut config = SequenceConfig::default();
     config.room = Room::TwoTables;
     let second = NamedSequence { name: "two_tables".to_owned(), config, set: SequenceSet::SecondRoom };
-    let random = (0..random_rooms).map(|seed| {
+    let random = random_rooms.map(|seed| {
         let mut config = SequenceConfig::random_room(seed);
         config.frames = RANDOM_ROOM_FRAMES;
         NamedSequence { name: format!("random_room_{seed}"), config, set: SequenceSet::RandomRooms }
@@ -60,7 +62,7 @@ pub fn named_sequences(random_rooms: u64) -> Vec<NamedSequence> {
 /// When there is no sequence with that name.
 pub fn named_sequence(name: &str) -> Result<NamedSequence, String> {
     let seed: Option<u64> = name.strip_prefix("random_room_").and_then(|seed| seed.parse().ok());
-    let all = named_sequences(seed.map_or(0, |seed| seed.saturating_add(1).min(10_000)));
+    let all = named_sequences(seed.map_or(0..0, |seed| seed..seed.saturating_add(1)));
     let names = || all.iter().map(|sequence| sequence.name.as_str()).collect::<Vec<_>>().join(", ");
     let unknown = format!("no sequence {name:?}; there are: {}, random_room_0, random_room_1, ...", names());
     all.into_iter().find(|sequence| sequence.name == name).ok_or(unknown)
