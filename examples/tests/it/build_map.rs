@@ -9,9 +9,12 @@ use std::time::Duration;
 
 use dymlm::core::{ColorImage, DepthImage, Pose};
 use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm_examples::{every, named_sequence};
 use dymlm_io::{
     FrameBuffers, MapFolder, McapOptions, McapRecording, StampedPose, Trajectory, write_depth_png, write_png,
 };
+use dymlm_sim::Sequence;
+use serde_json::Value;
 
 use crate::example_program::example_program;
 
@@ -252,4 +255,24 @@ fn a_session_is_recorded_and_can_be_mapped_again() {
     let output = build_map(&["--dataset", &dataset, "--out", &out_name, "--mcap", &nowhere]).unwrap();
     assert!(!output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("session.mcap"));
+}
+
+#[test]
+fn poses_are_refined_before_the_map_is_written() {
+    let (_parent, _, out) = paths();
+    let out_name = out.to_str().unwrap();
+    let arguments = ["--sequence", "walking_xyz", "--every", "30", "--refine", "--out", out_name];
+    let Some(output) = build_map(&arguments) else { return };
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && printed.starts_with("refined in 1 rounds"), "{output:?}");
+    let report: Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!(report["refinement"]["key_frames"], 5);
+    // The poses were right: within the noise of the walls they stay.
+    let sequence = Sequence::new(&every(named_sequence("walking_xyz").unwrap().config, 30)).unwrap();
+    let refined = Trajectory::read(out.join("trajectory.txt")).unwrap();
+    assert_eq!(refined.poses().len(), sequence.len());
+    for (index, pose) in refined.poses().iter().enumerate() {
+        let moved = sequence.world_from_camera(index).inverse() * pose.world_from_camera;
+        assert!(moved.translation().iter().all(|c| c.abs() < 0.01), "frame {index}: {moved:?}");
+    }
 }
