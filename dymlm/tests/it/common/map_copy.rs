@@ -25,8 +25,9 @@ impl MapCopy {
         assert_eq!((changes.from, changes.to), (known.revision(), now.revision()));
         self.cloud.extend(changes.cloud.into_iter().map(|block| (block.place, block)));
         self.cloud.retain(|_, block| !block.points.is_empty());
-        for cube in &changes.octree {
-            self.leaves.retain(|_, leaf| !is_within(cube, leaf));
+        let cubes = Cubes::new(changes.octree);
+        self.leaves.retain(|_, leaf| !cubes.hold(leaf));
+        for cube in &cubes.sorted {
             let leaves = now.octree().leaves_in_box(cube.min, cube.max).filter(|leaf| is_within(cube, leaf));
             self.leaves.extend(leaves.map(|leaf| ((leaf.key, leaf.depth), leaf)));
         }
@@ -66,6 +67,27 @@ impl MapCopy {
         } else {
             None
         }
+    }
+}
+
+/// Cubes by their lowest x: a map has thousands of them, nearly all of one size, and many more leaves.
+struct Cubes {
+    sorted: Vec<Extent>,
+    /// Side of the largest, metres.
+    side: f64,
+}
+
+impl Cubes {
+    fn new(mut cubes: Vec<Extent>) -> Self {
+        cubes.sort_unstable_by(|a, b| a.min[0].total_cmp(&b.min[0]));
+        let side = cubes.iter().map(|cube| cube.max[0] - cube.min[0]).fold(0.0, f64::max);
+        Self { sorted: cubes, side }
+    }
+
+    fn hold(&self, leaf: &Leaf) -> bool {
+        let from = self.sorted.partition_point(|cube| cube.min[0] < leaf.center[0] - self.side);
+        let mut near = self.sorted[from..].iter().take_while(|cube| cube.min[0] <= leaf.center[0]);
+        near.any(|cube| is_within(cube, leaf))
     }
 }
 
