@@ -97,6 +97,8 @@ pub(crate) struct Session {
     next: usize,
     /// When the clock of the current session began, on the clock of the walk.
     clock_start: f64,
+    /// What the clock shows when a further session begins.
+    further: f64,
     known: MultiLevelMap,
     copy: MapCopy,
     /// Saves the maps after each step, if there is one: then a further session begins with the maps of the
@@ -110,12 +112,15 @@ impl Session {
         Self::starting(0, 0.0)
     }
 
-    /// A session that begins with frame `next` of the walk, when its clock shows `time`.
+    /// A session that begins with frame `next` of the walk, when its clock shows `time`. The clock begins anew with
+    /// each further session, at the fraction of a second in `time`: recordings of which that differs have no
+    /// session in common.
     pub(crate) fn starting(next: usize, time: f64) -> Self {
         let builder = builder();
         let mut session = Self {
             next,
             clock_start: 0.0,
+            further: time.fract(),
             known: builder.map().clone(),
             copy: MapCopy::default(),
             #[cfg(feature = "io")]
@@ -213,7 +218,7 @@ impl Session {
                 #[cfg(feature = "io")]
                 self.load_saved();
                 self.builder.begin_session().unwrap();
-                self.set_clock(0.0);
+                self.set_clock(self.further);
             }
         }
     }

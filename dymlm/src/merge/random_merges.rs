@@ -42,7 +42,9 @@ fn frames(count: usize) -> Vec<Step> {
 }
 
 fn resumed(map: &MultiLevelMap, next: usize, steps: &[Step]) -> MultiLevelMap {
-    let mut session = Session::starting(next, 0.0);
+    // The clocks of two branches, and of what they go on with, differ: a session that begins with the same frame
+    // at the same time would be the same.
+    let mut session = Session::starting(next, next as f64 / 64.0);
     session.builder = MapBuilder::resume(map.clone()).unwrap();
     for step in steps {
         session.take(step);
@@ -58,7 +60,8 @@ proptest! {
         recordings in prop::collection::vec(recording(), 2..5),
         choices in [prop::collection::vec(0..100_usize, 8), prop::collection::vec(0..100_usize, 8)],
     ) {
-        // Two sessions that begin with the same frame at the same time would be one recording that differs.
+        // Two sessions that begin with the same frame at the same time would be one recording that differs; the
+        // fraction of a second is that of further sessions too.
         let begun = |(k, (next, start, steps)): (usize, Recording)| (next, start + 0.125 * k as f64, steps);
         let maps: Vec<MultiLevelMap> = recordings.into_iter().enumerate().map(begun).map(|it| map(&it)).collect();
         let [one, other] = choices.map(|choices| merged(maps.clone(), &choices));
@@ -233,4 +236,18 @@ fn what_happened_before_the_branches_began_happens_once() {
     let [both, again] =
         [vec![one.clone(), other.clone()], vec![other, trunk, one]].map(|maps| merged(maps, &[0]));
     assert!(fingerprint(&both) == fingerprint(&again));
+}
+
+/// A session found by chance: a builder that was told of a session before its first frame was said to have
+/// recorded something else.
+#[test]
+fn a_session_that_begins_before_anything_happened_is_the_first() {
+    let short = map(&(4, 0.0, frames(3)));
+    let longer = map(&(4, 0.0, [vec![Step::BeginSession; 2], frames(4)].concat()));
+    for (one, other) in [(&short, &longer), (&longer, &short)] {
+        let mut merged = one.clone();
+        let report = merged.merge(other, &Pose::identity()).unwrap();
+        assert_eq!((report.key_frames, report.sessions.len()), (4, 1));
+        assert!(fingerprint(&merged) == fingerprint(&longer));
+    }
 }
