@@ -61,9 +61,9 @@ impl MapBuilder {
     fn begin_session_of_maps(&mut self) {
         let first = Some(FrameId::new(self.map.past.frames));
         self.map.release_held();
-        // Where nothing has happened yet, this is the first session, as it is without being told so: the same
-        // recording has the same log.
-        if self.map.past.log.as_ref().is_some_and(|log| !log.events.is_empty()) {
+        // Before any frame has come, this is the first session, as it is without being told so: the same recording
+        // has the same log.
+        if self.map.past.log.as_ref().is_some_and(|log| !log.sessions.is_empty()) {
             self.note(Some(Event::SessionBegan { first }));
         }
         self.snapshots = match &self.map.past.log {

@@ -251,3 +251,18 @@ fn a_session_that_begins_before_anything_happened_is_the_first() {
         assert!(fingerprint(&merged) == fingerprint(&longer));
     }
 }
+
+/// What decides is whether a frame has come, not whether an event is left.
+#[test]
+fn a_session_after_one_whose_only_frame_was_removed_is_another() {
+    let emptied = [frames(1), vec![Step::Remove { which: 0 }, Step::BeginSession], frames(3)].concat();
+    let (mut merged, other) = (map(&(4, 0.5, emptied)), map(&(0, 100.0, frames(2))));
+    let report = merged.merge(&other, &Pose::identity()).unwrap();
+    assert_eq!((report.key_frames, report.sessions.len()), (5, 3));
+    // All of them are in the maps: taken out, they leave nothing.
+    let mut builder = MapBuilder::resume(merged).unwrap();
+    for (frame, _) in poses(&builder) {
+        builder.remove(frame).unwrap();
+    }
+    assert_eq!(builder.map().counts().cloud_voxels, 0);
+}
