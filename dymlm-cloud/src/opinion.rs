@@ -12,6 +12,10 @@ const ENOUGH_FRAMES: f32 = 5.0;
 const PAST: f32 = 0.7;
 /// How soon a majority is clear: frames that are divided 3 to 1 have their full say.
 const CLARITY: f32 = 2.0;
+/// Readings in a cell that one look through it outweighs when the question is whether it is firm. Nearly every
+/// frame that sees a surface reads it; a place where somebody walks to and fro is looked through whenever he is
+/// elsewhere (`where_somebody_walks_to_and_fro_nothing_stands`).
+const READINGS_PER_LOOK: f32 = 4.0;
 /// Periods that would weigh less than this are left out.
 const NEGLIGIBLE: f32 = 0.01;
 
@@ -20,6 +24,9 @@ const NEGLIGIBLE: f32 = 0.01;
 pub(crate) struct Opinion {
     /// Above 0: something stands there; below 0: the place is free.
     pub(crate) presence: f32,
+    /// Whether nearly every frame reads something there, be it a mover, unlike at the rim of a thing; and not
+    /// enough frames have looked through it since to decide.
+    pub(crate) is_firm: bool,
     /// Below 0: what is read there is mostly a mover.
     pub(crate) staticness: f32,
     /// Whether a surface was ever read there.
@@ -57,12 +64,24 @@ impl Opinion {
 #[derive(Clone, Copy)]
 pub(crate) struct OpinionFold {
     presence: Fold,
+    firmness: Fold,
     staticness: Fold,
     is_read: bool,
+    /// Frames that have looked through the cell since the last period with a reading, and whether the periods
+    /// so far include that one.
+    looks_since: u32,
+    is_reached: bool,
 }
 
 impl OpinionFold {
-    pub(crate) const NEW: Self = Self { presence: Fold::NEW, staticness: Fold::NEW, is_read: false };
+    pub(crate) const NEW: Self = Self {
+        presence: Fold::NEW,
+        firmness: Fold::NEW,
+        staticness: Fold::NEW,
+        is_read: false,
+        looks_since: 0,
+        is_reached: false,
+    };
 
     /// Takes in the counts of the next older period.
     #[inline]
@@ -73,7 +92,13 @@ impl OpinionFold {
         let [surface, looked_through, movers] =
             [counts.support, counts.looked_through, counts.movers].map(|count| count as f32);
         self.is_read |= counts.support > 0;
+        self.is_reached |= counts.support > 0 || counts.movers > 0;
+        if !self.is_reached {
+            self.looks_since = self.looks_since.saturating_add(counts.looked_through);
+        }
         self.presence.add(looks_per_reading * surface - looked_through, surface + looked_through);
+        let readings = surface + movers;
+        self.firmness.add(readings - READINGS_PER_LOOK * looked_through, readings + looked_through);
         self.staticness.add(surface - movers, surface + movers);
     }
 
@@ -84,8 +109,10 @@ impl OpinionFold {
     }
 
     pub(crate) fn opinion(self) -> Opinion {
-        let Self { presence, staticness, is_read } = self;
-        Opinion { presence: presence.limited(), staticness: staticness.limited(), is_read }
+        let Self { presence, firmness, staticness, is_read, looks_since, is_reached } = self;
+        let is_cleared = looks_since as f32 >= ENOUGH_FRAMES;
+        let is_firm = is_reached && firmness.sum >= 0.0 && !is_cleared;
+        Opinion { presence: presence.limited(), is_firm, staticness: staticness.limited(), is_read }
     }
 }
 

@@ -32,8 +32,13 @@ const VOTE_UNIT: f32 = 12.0;
 /// in it, or in the one spot of a mover's trace that no later frame looked through. Its neighbours on the
 /// same thing outvote it, unless it is as sure as a cell can be that it is free: frames that look through it
 /// have outweighed whatever was read there, and none has read it since. So a thing that was taken away leaves
-/// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`). Whether a mover
-/// stands there each cell decides for itself, since movers touch what does not move.
+/// no strip beside what stays (`a_wall_that_was_taken_away_leaves_no_strip_above_the_floor`).
+///
+/// A rim is the rim of something: where no cell of the 27 is firm (nearly every frame reads it), frames that
+/// read something and frames that look through disagree because it moves
+/// (`where_somebody_walks_to_and_fro_nothing_stands`).
+///
+/// Whether a mover stands there each cell decides for itself, since movers touch what does not move.
 ///
 /// Verdicts are kept. They are made anew for the blocks whose evidence has changed, and counted again where
 /// votes of the cells around have changed.
@@ -58,19 +63,30 @@ pub(crate) struct BlockVerdict {
     movers: CellBits,
     /// Cells that are free whatever the cells around say: their opinion is at its limit.
     free: CellBits,
-    /// Cells that the majority of the cells around them takes for occupied, by a mover or not.
+    /// Cells that are [firm](crate::opinion::Opinion::is_firm).
+    firm: CellBits,
+    /// Cells that the majority of the cells around them takes for occupied, by a mover or not, and that are
+    /// firm or beside a firm one.
     present: CellBits,
     /// Cells that are part of the static world.
     statics: CellBits,
 }
 
-record!(BlockVerdict { votes, read, movers, free, present, statics });
+record!(BlockVerdict { votes, read, movers, free, firm, present, statics });
 
 /// The verdict on a block in which nothing was ever read.
 impl Default for BlockVerdict {
     fn default() -> Self {
         let none = CellBits::default();
-        Self { votes: [0; BLOCK_CELLS], read: none, movers: none, free: none, present: none, statics: none }
+        Self {
+            votes: [0; BLOCK_CELLS],
+            read: none,
+            movers: none,
+            free: none,
+            firm: none,
+            present: none,
+            statics: none,
+        }
     }
 }
 
@@ -97,7 +113,7 @@ impl VerdictGrid {
             if verdict.as_ref().is_some_and(|new| old.is_some_and(|old| new.has_evidence_of(old))) {
                 continue;
             }
-            let other_votes = BlockVerdict::other_votes(verdict.as_ref(), old);
+            let changes = BlockVerdict::changes_for_others(verdict.as_ref(), old);
             if let (Some(new), Some(old)) = (&mut verdict, old) {
                 (new.present, new.statics) = (old.present, old.statics);
             }
@@ -105,19 +121,19 @@ impl VerdictGrid {
             *block = verdict.map(Paged::new);
             around.push(slot);
             let neighbors = blocks.keys()[slot].neighborhood();
-            let concerned = neighbors.filter(|neighbor| touches(&other_votes, neighbor.step));
+            let concerned = neighbors.filter(|neighbor| touches(&changes, neighbor.step));
             around.extend(concerned.filter_map(|neighbor| blocks.slot(neighbor.key)));
         }
         around.sort_unstable();
         around.dedup();
         around.retain(|&slot| self.blocks[slot].is_some());
-        let majorities = crate::parallel::map(around.clone(), |slot| {
-            cells_with_majority(self.votes_around(blocks.keys()[slot], evidence))
+        let occupied = crate::parallel::map(around.clone(), |slot| {
+            self.surroundings(blocks.keys()[slot], evidence).occupied_cells()
         });
         self.revision += 1;
-        for (slot, majority) in around.into_iter().zip(majorities) {
+        for (slot, occupied) in around.into_iter().zip(occupied) {
             let Some(block) = &self.blocks[slot] else { continue };
-            let present = without(majority, block.free);
+            let present = without(occupied, block.free);
             let statics = without(present, block.movers);
             // A block that stays the same is not copied for a map that has a clone.
             if (statics, present) == (block.statics, block.present) {
@@ -241,9 +257,9 @@ impl VerdictGrid {
         self.blocks.get(slot)?.as_deref()
     }
 
-    /// The votes of a block and of one layer of cells around it, x fastest.
-    fn votes_around(&self, key: BlockKey, evidence: &Evidence) -> [i16; PADDED * PADDED * PADDED] {
-        let mut votes = [0; PADDED * PADDED * PADDED];
+    /// What a block and one layer of cells around it say.
+    fn surroundings(&self, key: BlockKey, evidence: &Evidence) -> Surroundings {
+        let mut around = Surroundings::NOTHING;
         for Neighbor { step, key } in key.neighborhood() {
             let Some(block) = self.block(evidence, key.block()) else { continue };
             // Along an axis: the last cell of the block before, all of this one, the first of the one after;
@@ -256,14 +272,35 @@ impl VerdictGrid {
             for (layer, z) in zs.enumerate() {
                 for (row, y) in ys.clone().enumerate() {
                     let from = (z * BLOCK_SIDE + y) * BLOCK_SIDE;
-                    let to = ((pz + layer) * PADDED + py + row) * PADDED + px;
+                    let to = (pz + layer) * PADDED + py + row;
                     let own = &block.votes[from + xs.start..from + xs.end];
-                    let places = &mut votes[to..to + own.len()];
+                    let places = &mut around.votes[to * PADDED + px..][..own.len()];
                     places.iter_mut().zip(own).for_each(|(place, &vote)| *place = vote.into());
+                    let firm = block.firm[z] >> (y * BLOCK_SIDE + xs.start) & ((1 << xs.len()) - 1);
+                    around.firm[to] |= (firm as u16) << px;
                 }
             }
         }
-        votes
+        around
+    }
+}
+
+/// The votes of a block's cells and of one layer of cells around it, and which of them are firm.
+struct Surroundings {
+    /// x fastest.
+    votes: [i16; PADDED * PADDED * PADDED],
+    /// A row along x each; x = 0 in the lowest bit.
+    firm: [u16; PADDED * PADDED],
+}
+
+impl Surroundings {
+    const NOTHING: Self = Self { votes: [0; PADDED * PADDED * PADDED], firm: [0; PADDED * PADDED] };
+
+    /// The cells of the block that the cells around them take for occupied, and that are firm or beside a
+    /// firm one.
+    fn occupied_cells(self) -> CellBits {
+        let (majority, firm) = (cells_with_majority(self.votes), cells_with_one_around(self.firm));
+        std::array::from_fn(|layer| majority[layer] & firm[layer])
     }
 }
 
@@ -279,6 +316,9 @@ impl BlockVerdict {
             if opinion.presence <= -MAX_OPINION {
                 put(&mut verdict.free, index);
             }
+            if opinion.is_firm {
+                put(&mut verdict.firm, index);
+            }
             if opinion.is_read || opinion.staticness < 0.0 {
                 put(&mut verdict.read, index);
             }
@@ -291,14 +331,17 @@ impl BlockVerdict {
 
     /// Whether the evidence of the block itself says the same.
     fn has_evidence_of(&self, other: &Self) -> bool {
-        (&self.votes, self.read, self.movers, self.free)
-            == (&other.votes, other.read, other.movers, other.free)
+        (&self.votes, self.read, self.movers, self.free, self.firm)
+            == (&other.votes, other.read, other.movers, other.free, other.firm)
     }
 
-    /// The cells whose votes differ; where nothing was ever read, no cell votes.
-    fn other_votes(new: Option<&Self>, old: Option<&Self>) -> CellBits {
+    /// The cells whose votes differ, or that are firm in one of the two only: what the cells around ask.
+    /// Where nothing was ever read, no cell votes and none is firm.
+    fn changes_for_others(new: Option<&Self>, old: Option<&Self>) -> CellBits {
         let votes = |block: Option<&Self>| block.map_or([0; BLOCK_CELLS], |block| block.votes);
-        let mut bits = CellBits::default();
+        let firm = |block: Option<&Self>| block.map_or(CellBits::default(), |block| block.firm);
+        let (new_firm, old_firm) = (firm(new), firm(old));
+        let mut bits: CellBits = std::array::from_fn(|layer| new_firm[layer] ^ old_firm[layer]);
         for (index, (new, old)) in votes(new).into_iter().zip(votes(old)).enumerate() {
             bits[index / 64] |= u64::from(new != old) << (index % 64);
         }
@@ -342,6 +385,19 @@ fn cells_with_majority(mut votes: [i16; PADDED * PADDED * PADDED]) -> CellBits {
     bits
 }
 
+/// The cells of the block for which one of the 27 bits around is set.
+fn cells_with_one_around(mut rows: [u16; PADDED * PADDED]) -> CellBits {
+    // Each row becomes the union of itself and the two after it: along x within the row, then y, then z.
+    rows = rows.map(|row| row | row >> 1 | row >> 2);
+    for stride in [1, PADDED] {
+        for first in 0..rows.len() - 2 * stride {
+            rows[first] |= rows[first + stride] | rows[first + 2 * stride];
+        }
+    }
+    let row = |z: usize, y: usize| u64::from(rows[z * PADDED + y] & 0xff) << (y * BLOCK_SIDE);
+    std::array::from_fn(|z| (0..BLOCK_SIDE).fold(0, |layer, y| layer | row(z, y)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,6 +433,26 @@ mod tests {
                 sum += votes[((z + dz) * PADDED + y + dy) * PADDED + x + dx];
             }
             assert_eq!(bits[index / 64] >> (index % 64) & 1 == 1, sum >= 0, "cell {index}");
+        }
+    }
+
+    #[test]
+    fn one_of_27_cells_is_enough() {
+        for (seed, share) in [(1, 2), (2, 40), (3, 1000)] {
+            let mut rows = [0_u16; PADDED * PADDED];
+            let is_set = |x: usize, row: usize| ((row * PADDED + x) * 7919 + seed * 31).is_multiple_of(share);
+            for (place, row) in rows.iter_mut().enumerate() {
+                *row = (0..PADDED).map(|x| u16::from(is_set(x, place)) << x).sum();
+            }
+            let bits = cells_with_one_around(rows);
+            for index in 0..BLOCK_CELLS {
+                let [x, y, z] = [index & 7, index >> 3 & 7, index >> 6];
+                let expected = (0..27).any(|neighbor| {
+                    let (dx, dy, dz) = (neighbor % 3, neighbor / 3 % 3, neighbor / 9);
+                    is_set(x + dx, (z + dz) * PADDED + y + dy)
+                });
+                assert_eq!(has(&bits, index), expected, "cell {index}, one in {share}");
+            }
         }
     }
 }
