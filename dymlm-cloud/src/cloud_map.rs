@@ -25,10 +25,10 @@ use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 /// decides on output which voxels are static: **late ghost removal**. Each cell, as large as some voxels,
 /// counts the frames that read a surface in it, those that looked through it, before or after, and those that
 /// read a [mover](MoverMasks) in it; a reading outweighs [a few looks](CloudMapConfig::looks_per_reading),
-/// and a cell votes together with the cells around it. Newer counts outweigh older ones: what has stood
-/// somewhere for some seconds is believed, whatever was there for hours. So movers that no detector has seen
-/// vanish too, people who sit do not stay where the detector has missed them, and later frames correct a
-/// wrong verdict. Then **thinning** leaves out the noise around far surfaces and what a single frame has seen
+/// and a cell votes together with the cells around it, one of which nearly every frame must have read. Newer
+/// counts outweigh older ones: what has stood somewhere for some seconds is believed, whatever was there for
+/// hours. So movers that no detector has seen vanish too, people who sit do not stay where the detector has
+/// missed them, and later frames correct a wrong verdict. Then **thinning** leaves out the noise around far surfaces and what a single frame has seen
 /// ([`thinning_radius`](CloudMapConfig::thinning_radius),
 /// [`min_observations`](CloudMapConfig::min_observations)), and **fusing** moves the voxels that are readings
 /// of one surface onto that surface, as one layer of points
