@@ -28,8 +28,8 @@ use crate::{CloudMapConfig, Error, MoverMasks, PlaceHistory};
 /// and a cell votes together with the cells around it, one of which nearly every frame must have read. Newer
 /// counts outweigh older ones: what has stood somewhere for some seconds is believed, whatever was there for
 /// hours. So movers that no detector has seen vanish too, people who sit do not stay where the detector has
-/// missed them, and later frames correct a wrong verdict. Then **thinning** leaves out the noise around far surfaces and what a single frame has seen
-/// ([`thinning_radius`](CloudMapConfig::thinning_radius),
+/// missed them, and later frames correct a wrong verdict. Then **thinning** leaves out the noise around far
+/// surfaces and what a single frame has seen ([`thinning_radius`](CloudMapConfig::thinning_radius),
 /// [`min_observations`](CloudMapConfig::min_observations)), and **fusing** moves the voxels that are readings
 /// of one surface onto that surface, as one layer of points
 /// ([`fuse_surfaces`](CloudMapConfig::fuse_surfaces)).
