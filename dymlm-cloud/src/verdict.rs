@@ -41,7 +41,7 @@ const VOTE_UNIT: f32 = 12.0;
 /// Whether a mover stands there each cell decides for itself, since movers touch what does not move.
 ///
 /// Verdicts are kept. They are made anew for the blocks whose evidence has changed, and counted again where
-/// votes of the cells around have changed.
+/// votes or firmness of the cells around have changed.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VerdictGrid {
     /// By the slots of the evidence; `None` where nothing was ever read.
