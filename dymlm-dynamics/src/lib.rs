@@ -27,6 +27,7 @@ mod past_views;
 mod preprocessor;
 mod scene_knowledge;
 mod static_mask;
+mod surroundings;
 mod timestamp;
 mod tracking;
 mod unlabelled;

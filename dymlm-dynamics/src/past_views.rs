@@ -1,6 +1,7 @@
-use dymlm_core::{Frame, PinholeCamera, Pose, SensorModel, Visibility};
+use dymlm_core::{Frame, Mask, PinholeCamera, Pose, SensorModel, Visibility};
 
 use crate::block_depths::BlockDepths;
+use crate::surroundings::Surroundings;
 
 /// Age at which the view in each slot moves on to the next slot, seconds. Closely spaced views see both ends
 /// of a person's sway, old ones see that somebody has shifted in the seat. (Without the views between:
@@ -26,6 +27,7 @@ const OFF: f64 = 1.0 / 3.0;
 pub(crate) struct PastViews {
     /// Sorted by age, the newest first.
     views: Vec<PastView>,
+    surroundings: Surroundings,
 }
 
 /// One coarse depth image, its camera and pose.
@@ -35,6 +37,8 @@ pub(crate) struct PastView {
     camera: PinholeCamera,
     camera_from_world: Pose,
     blocks: BlockDepths,
+    /// Error of the poses between the view and the present frame, metres.
+    misfit: f64,
 }
 
 impl PastViews {
@@ -61,6 +65,21 @@ impl PastViews {
         }
     }
 
+    /// Measures how well each view fits a frame: the typical distance between what both read outside of the
+    /// movers' boxes, which is the error of the poses between the two.
+    pub(crate) fn measure_misfits(
+        &mut self,
+        frame: &Frame,
+        world_from_camera: &Pose,
+        boxes: &Mask,
+        sensor: &SensorModel,
+    ) {
+        self.surroundings.read(frame, boxes, sensor);
+        for view in &mut self.views {
+            view.misfit = self.surroundings.misfit(view, &view.view_from(world_from_camera), sensor);
+        }
+    }
+
     /// Stores a frame when the newest view is old enough.
     pub(crate) fn remember(&mut self, frame: &Frame, world_from_camera: &Pose, sensor: &SensorModel) {
         let now = frame.timestamp();
@@ -75,7 +94,8 @@ impl PastViews {
         let (depth, camera) = (frame.depth(), *frame.camera());
         blocks.fill(depth, camera.size_scale(), sensor, [0..depth.width(), 0..depth.height()], |_, _| true);
         let camera_from_world = world_from_camera.inverse();
-        self.views.insert(0, PastView { timestamp: now, camera, camera_from_world, blocks });
+        let misfit = f64::INFINITY;
+        self.views.insert(0, PastView { timestamp: now, camera, camera_from_world, blocks, misfit });
     }
 }
 
@@ -83,6 +103,12 @@ impl PastView {
     /// Seconds from the view to a time.
     pub(crate) fn age(&self, timestamp: f64) -> f64 {
         timestamp - self.timestamp
+    }
+
+    /// The [measured](PastViews::measure_misfits) error of the poses between the view and the present frame,
+    /// metres; infinite when it is not known.
+    pub(crate) fn misfit(&self) -> f64 {
+        self.misfit
     }
 
     /// The transformation from another camera's frame to the view's.

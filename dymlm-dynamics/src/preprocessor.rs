@@ -206,12 +206,16 @@ impl Preprocessor {
         detections: &[Detection],
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
-        let compared =
-            ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
+        if self.movers.is_empty() {
+            return Ok(());
+        }
         self.boxes.refill(frame.camera().width(), frame.camera().height(), false)?;
         for mover in &self.movers {
             self.boxes.fill_box(&mover.bounding_box, true);
         }
+        self.past_views.measure_misfits(frame, world_from_camera, &self.boxes, &self.sensor);
+        let compared =
+            ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
         self.foregrounds.resize_with(self.movers.len().max(self.foregrounds.len()), Foreground::default);
         for (own, foreground) in self.foregrounds.iter_mut().enumerate().take(self.movers.len()) {
             let instance_mask = instance_mask(&self.movers[own], detections);

@@ -2,7 +2,7 @@ use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
 use dymlm_geometry::{BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
-use super::choice::{Candidates, Choice, FOOT_REACH, ends_in_margin, is_part};
+use super::choice::{Candidates, Choice, Chosen, FOOT_REACH, ends_in_margin, is_part};
 use super::cluster_motion::ClusterMotion;
 use crate::{BoxSource, ComparedFrame, Mover};
 
@@ -21,7 +21,7 @@ const NEW_SHARE: f32 = 0.3;
 ///
 /// Other clusters at the mover's depth that end within the margin are parts of the mover, cut off by an
 /// occluder, another limb or a gap without depth: legs seen through the back of a chair, or a foot beside the
-/// box.
+/// box. So are clusters of any depth that have [surely moved](ClusterMotion) and lie mostly in the box.
 ///
 /// Costs O(n log n) for n samples; a person has a few thousand.
 #[derive(Debug)]
@@ -84,7 +84,9 @@ impl ForegroundFinder {
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
         self.motion.compare(compared, &self.grid, &self.segmenter);
-        self.choose(search.boxes, mover, foreground);
+        if let Some(chosen) = self.choose(search.boxes, mover) {
+            self.keep(chosen, foreground);
+        }
         foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
@@ -138,13 +140,12 @@ impl ForegroundFinder {
         self.segmenter.cluster(&self.grid, is_free);
     }
 
-    /// Chooses the mover's cluster and writes it into the foreground.
-    fn choose(&mut self, boxes: &Mask, own: &Mover, foreground: &mut Foreground) {
+    /// Chooses the mover's largest cluster.
+    fn choose(&mut self, boxes: &Mask, own: &Mover) -> Option<Chosen> {
         let in_box = || self.grid.samples.iter().filter(|sample| sample.is_in_box);
-        let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05);
-        let Some(nearest) = nearest else { return };
+        let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05)?;
         let is_detected = matches!(own.source, BoxSource::Detected { .. });
-        let chosen = self.choice.choose(&Candidates {
+        self.choice.choose(&Candidates {
             grid: &self.grid,
             segmenter: &self.segmenter,
             boxes,
@@ -152,33 +153,32 @@ impl ForegroundFinder {
             expected_depth: own.depth,
             nearest,
             motion: &self.motion,
-        });
-        if let Some(chosen) = chosen {
-            foreground.likelihood = chosen.likelihood;
-            self.keep(chosen.index, foreground);
-        }
+        })
     }
 
-    /// Writes the mover's samples into the foreground: those of the chosen cluster and of all its parts. Of a
-    /// chosen cluster that continues outside the margin, only the samples in the box are kept.
-    fn keep(&mut self, chosen: usize, foreground: &mut Foreground) {
+    /// Writes the mover's samples into the foreground: those of the chosen cluster, of all its parts, and of
+    /// what moves in the box. Of a chosen cluster that continues outside the margin, only the samples in the
+    /// box are kept.
+    fn keep(&mut self, chosen: Chosen, foreground: &mut Foreground) {
         let (grid, clusters) = (&self.grid, self.segmenter.clusters());
         let members = || self.segmenter.members().map(|(sample, cluster)| (&grid.samples[sample], cluster));
-        let in_box = members().filter(|(sample, cluster)| sample.is_in_box && *cluster == chosen);
+        let in_box = members().filter(|(sample, cluster)| sample.is_in_box && *cluster == chosen.index);
         let in_box = in_box.map(|(sample, _)| sample.point[2]);
         let Some(median) = percentile(&mut self.depths, in_box, 0.5) else { return };
         let reach = median - REACH[0]..=median + REACH[1];
-        let size = clusters[chosen].size();
+        let size = clusters[chosen.index].size();
 
+        foreground.likelihood = chosen.likelihood;
         foreground.start(median);
         for (sample, index) in members() {
             let (cluster, z) = (&clusters[index], sample.point[2]);
-            let is_of_mover = if index == chosen {
-                sample.is_in_box || ends_in_margin(cluster)
+            let is_of_mover = if index == chosen.index {
+                reach.contains(&z) && (sample.is_in_box || ends_in_margin(cluster))
             } else {
-                is_part(cluster, median, size)
+                let moves = self.motion.was_elsewhere(index) && cluster.inside >= cluster.outside;
+                moves || reach.contains(&z) && is_part(cluster, median, size)
             };
-            if is_of_mover && reach.contains(&z) {
+            if is_of_mover {
                 foreground.add(sample.column as usize, sample.row as usize, z);
             }
         }
