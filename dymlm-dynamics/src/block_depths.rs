@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use dymlm_core::{DepthImage, SensorModel};
+use dymlm_core::{DepthImage, Frame, SensorModel};
 
 /// Side of a block, in pixels of a 640x480 image: a thigh at 2 m covers some hundred blocks, and the mean of
 /// sixteen readings has a quarter of the noise of one.
@@ -144,13 +144,21 @@ impl BlockDepths {
     }
 }
 
-/// The mean of those readings in a square that are about as deep as the reading in its middle; 0 = no reading.
-pub(crate) fn mean_depth(
-    [left, top]: [usize; 2],
+/// Where the surface in a square of pixels is, in the camera's frame: the middle of the square at the mean of
+/// those readings that are about as deep as the reading there; `None` when there is no reading.
+pub(crate) fn mean_place(
+    corner: [usize; 2],
     side: usize,
-    depth: &DepthImage,
+    frame: &Frame,
     sensor: &SensorModel,
-) -> f32 {
+) -> Option<[f64; 3]> {
+    let z = mean_depth(corner, side, frame.depth(), sensor);
+    let middle = corner.map(|c| c as f64 + 0.5 * (side as f64 - 1.0));
+    (z > 0.0).then(|| frame.camera().back_project(middle, z.into()))
+}
+
+/// The mean of those readings in a square that are about as deep as the reading in its middle; 0 = no reading.
+fn mean_depth([left, top]: [usize; 2], side: usize, depth: &DepthImage, sensor: &SensorModel) -> f32 {
     let (columns, rows) = (left..(left + side).min(depth.width()), top..(top + side).min(depth.height()));
     let around = depth.at(left + side / 2, top + side / 2);
     if around <= 0.0 {

@@ -1,6 +1,6 @@
 use dymlm_core::{Frame, Mask, Pose, SensorModel};
 
-use crate::block_depths::mean_depth;
+use crate::block_depths::mean_place;
 use crate::past_views::PastView;
 
 /// Places along each side of a tile: the mean of 16 places, each the mean of 16 readings, has a sixteenth of
@@ -30,9 +30,8 @@ pub(crate) struct Surroundings {
 impl Surroundings {
     /// Reads the places of a frame that lie outside the movers' boxes.
     pub(crate) fn read(&mut self, frame: &Frame, boxes: &Mask, sensor: &SensorModel) {
-        let (camera, depth) = (frame.camera(), frame.depth());
-        let [spacing, side] =
-            [SPACING, SIDE].map(|pixels| (pixels * camera.size_scale()).round().max(1.0) as usize);
+        let (depth, scale) = (frame.depth(), frame.camera().size_scale());
+        let [spacing, side] = [SPACING, SIDE].map(|pixels| (pixels * scale).round().max(1.0) as usize);
         let tile = PLACES * spacing;
         self.places.clear();
         let [columns, rows] = [depth.width() / tile, depth.height() / tile];
@@ -40,10 +39,10 @@ impl Surroundings {
             for place in 0..PLACES * PLACES {
                 let u = (index % columns) * tile + (place % PLACES) * spacing;
                 let v = (index / columns) * tile + (place / PLACES) * spacing;
-                let z = if boxes.at(u, v) { 0.0 } else { mean_depth([u, v], side, depth, sensor) };
-                if z > 0.0 {
-                    let middle = [u, v].map(|c| c as f64 + 0.5 * (side as f64 - 1.0));
-                    self.places.push((index, camera.back_project(middle, z.into())));
+                if !boxes.at(u, v)
+                    && let Some(place) = mean_place([u, v], side, frame, sensor)
+                {
+                    self.places.push((index, place));
                 }
             }
         }

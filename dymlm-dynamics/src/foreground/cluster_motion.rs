@@ -2,7 +2,7 @@ use dymlm_core::SensorModel;
 use dymlm_geometry::{BoxSegmenter, SampleGrid};
 
 use crate::ComparedFrame;
-use crate::block_depths::mean_depth;
+use crate::block_depths::mean_place;
 use crate::past_views::{EVENNESS, WATCHED};
 
 /// Least samples of a cluster that is compared. A lower value takes the noise at edges for motion, a higher
@@ -107,7 +107,6 @@ impl ClusterMotion {
 
     /// Chooses the samples that are compared, evenly spread over each cluster.
     fn choose_places(&mut self, compared: &ComparedFrame<'_>, grid: &SampleGrid, segmenter: &BoxSegmenter) {
-        let (camera, depth) = (compared.frame.camera(), compared.frame.depth());
         self.places.clear();
         for (sample, cluster) in segmenter.members() {
             let size = segmenter.clusters()[cluster].inside;
@@ -121,11 +120,9 @@ impl ClusterMotion {
             }
             let cell = [sample.column, sample.row].map(|c| c as usize * grid.stride);
             let corner = [grid.first[0] + cell[0], grid.first[1] + cell[1]];
-            let z = mean_depth(corner, grid.stride, depth, compared.sensor);
-            if z > 0.0 {
+            if let Some(point) = mean_place(corner, grid.stride, compared.frame, compared.sensor) {
                 watched.compared += 1;
-                let middle = corner.map(|c| c as f64 + 0.5 * (grid.stride as f64 - 1.0));
-                self.places.push(Place { cluster, point: camera.back_project(middle, z.into()) });
+                self.places.push(Place { cluster, point });
             }
         }
     }
@@ -293,7 +290,6 @@ mod tests {
             let pose = Pose::new(translation, [0.0, 0.0, 0.0, 1.0]).unwrap();
             preprocessor.process(&frame, Some(&found), &pose).unwrap();
         }
-        // Without the pixels that the rim of the body may reach.
         let of_leg = || rows.clone().flat_map(|v| columns.clone().map(move |u| (u, v)));
         let masked = of_leg().filter(|&(u, v)| !preprocessor.static_mask().at(u, v)).count();
         masked as f64 / of_leg().count() as f64
