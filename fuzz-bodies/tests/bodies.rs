@@ -1,4 +1,4 @@
-//! Runs each body for some seconds: see `DYMLM_FUZZ_SECONDS` and `DYMLM_FUZZ_SEED`.
+//! Runs each body for a moment, or for longer: see `DYMLM_FUZZ_SECONDS` and `DYMLM_FUZZ_SEED`.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 use dymlm::MapConfig;

@@ -566,7 +566,7 @@ mod saved_state {
                 assert!(matches!(load(parts), Err(Error::State(damaged)) if damaged.part == part));
             }
         }
-        for _ in 0..300 {
+        for _ in 0..80 {
             let parts = damaged_parts(&saved, &mut random);
             if let Ok(mut damaged) = load(parts) {
                 for change in [5, 0, 2, 4] {

@@ -81,7 +81,7 @@ fn check_nothing_left(steps: &[Step], order: impl IntoIterator<Item = u64>) {
 }
 
 proptest! {
-    #![proptest_config(cases(8))]
+    #![proptest_config(cases(3))]
 
     /// This holds for what was forgotten, carried and put down on the way, too.
     #[test]
@@ -133,7 +133,7 @@ proptest! {
 
 #[cfg(feature = "io")]
 proptest! {
-    #![proptest_config(cases(8))]
+    #![proptest_config(cases(3))]
 
     #[test]
     fn maps_that_were_saved_and_loaded_go_on_to_the_same_bits(

@@ -53,7 +53,7 @@ fn resumed(map: &MultiLevelMap, next: usize, steps: &[Step]) -> MultiLevelMap {
 }
 
 proptest! {
-    #![proptest_config(cases(8))]
+    #![proptest_config(cases(3))]
 
     #[test]
     fn merging_is_commutative_and_associative_to_the_bit(

@@ -3,13 +3,8 @@
 //!
 //! `cargo test -p dymlm-examples --test it -- --nocapture kitchen_objects` prints both lists. The rendered
 //! counterparts, whose truth is exact, are the objects columns of the example `evaluate`.
-use std::path::Path;
-
+use crate::kitchen::Kitchen;
 use dymlm::objects::MapObject;
-use dymlm::{MapBuilder, MapConfig};
-use dymlm_examples::FrameSource;
-use dymlm_io::TumOptions;
-use dymlm_test_support::recording;
 
 /// A thing that was counted by eye in the colour images of `kitchen`. Its place was read off the map and
 /// checked by projecting it into images from several sides; the keyboard's and the near right chair's, which
@@ -72,8 +67,7 @@ const MOST_WRONG: usize = 4;
 #[test]
 fn each_thing_is_there_once() {
     for name in ["kitchen", "kitchen_people"] {
-        let Some(folder) = recording(name) else { return };
-        let objects = map(&folder);
+        let Some(Kitchen { objects, .. }) = Kitchen::of(name) else { return };
         println!("{name}: {} objects", objects.len());
         let mut counted = vec![false; objects.len()];
         let mut failed = Vec::new();
@@ -112,22 +106,4 @@ fn is_of(object: &MapObject, thing: &Thing) -> bool {
 fn described(object: &MapObject) -> String {
     let [x, y, z] = object.oriented_box().center();
     format!("{} at {x:.2} {y:.2} {z:.2}, detected {} times", object.label(), object.observations())
-}
-
-/// The objects of every second frame's map.
-fn map(folder: &Path) -> Vec<MapObject> {
-    let mut options = TumOptions::default();
-    options.every = 2;
-    let mut source = FrameSource::recorded(folder, None, &options).unwrap();
-    let mut config = MapConfig::default();
-    // The octree is not tested, so it may be coarse.
-    config.octree.resolution = 0.2;
-    config.cloud.voxel_size = 0.05;
-    let mut builder = MapBuilder::new(config).unwrap();
-    for index in 0..source.len() {
-        let frame = source.load(index).unwrap();
-        builder.insert(&frame.frame, frame.detections.as_deref(), &frame.world_from_camera).unwrap();
-        source.recycle(frame);
-    }
-    builder.into_map().objects().objects().cloned().collect()
 }

@@ -3,14 +3,8 @@
 //!
 //! `cargo test -p dymlm-examples --test it -- --nocapture kitchen_planes` prints what each surface is made of.
 //! The rendered counterparts, whose truth is exact, are the quick rows of the example `evaluate`.
-use std::collections::BTreeMap;
-use std::path::Path;
-
-use dymlm::core::{Detection, PlaneId};
+use crate::kitchen::Kitchen;
 use dymlm::planes::{MapPlane, PlaneMap};
-use dymlm::{MapBuilder, MapConfig};
-use dymlm_examples::FrameSource;
-use dymlm_io::TumOptions;
 use dymlm_test_support::recording;
 
 /// A surface of the kitchen. Its place was read off the map of `kitchen` and checked by eye in the pictures;
@@ -48,8 +42,7 @@ const OFFSET: f64 = 0.04;
 #[test]
 fn surfaces_are_planes_and_people_are_none() {
     for name in ["kitchen_people", "kitchen"] {
-        let Some(folder) = recording(name) else { return };
-        let kitchen = Kitchen::map(&folder, |detections| detections);
+        let Some(kitchen) = Kitchen::of(name) else { return };
         println!(
             "{name}: {} planes, {} candidates",
             kitchen.planes.len(),
@@ -73,7 +66,7 @@ fn surfaces_are_planes_and_people_are_none() {
 #[test]
 fn undetected_people_are_no_planes() {
     let Some(folder) = recording("kitchen_people") else { return };
-    let kitchen = Kitchen::map(&folder, |_| Vec::new());
+    let kitchen = Kitchen::map(&folder, |_| Some(Vec::new()));
     let (plane, share) = kitchen.people_shares().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
     println!("without detections {:.1} % of plane {plane} are people", 100.0 * share);
     assert!(share < 0.05, "{share} of plane {plane} are people");
@@ -114,68 +107,4 @@ impl Surface {
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The plane map of every second frame.
-struct Kitchen {
-    planes: PlaneMap,
-    /// For each plane of the map, the number of its pixels in all frames, and how many of them show people.
-    pixels: BTreeMap<PlaneId, [usize; 2]>,
-    /// Pixels of people in all frames.
-    people_pixels: usize,
-}
-
-impl Kitchen {
-    fn map(folder: &Path, choose: impl Fn(Vec<Detection>) -> Vec<Detection>) -> Self {
-        let mut options = TumOptions::default();
-        options.every = 2;
-        let mut source = FrameSource::recorded(folder, None, &options).unwrap();
-        let mut config = MapConfig::default();
-        // The octree is not tested, so it may be coarse.
-        config.octree.resolution = 0.2;
-        let mut builder = MapBuilder::new(config).unwrap();
-        let (mut sightings, mut people_pixels) = (Vec::new(), 0);
-        for index in 0..source.len() {
-            let mut frame = source.load(index).unwrap();
-            let detections = choose(frame.detections.take().unwrap_or_default());
-            let report = builder.insert(&frame.frame, &detections, &frame.world_from_camera).unwrap();
-            if let Some(update) = report.update() {
-                let people = source.people(index).unwrap().map(|people| people.anybody().unwrap());
-                let width = frame.frame.camera().width();
-                let shows_people = |pixel: usize| {
-                    people.as_ref().is_some_and(|people| people.at(pixel % width, pixel / width))
-                };
-                people_pixels +=
-                    (0..frame.frame.depth().data().len()).filter(|&pixel| shows_people(pixel)).count();
-                let counts = count_pixels(&builder, shows_people);
-                sightings.extend(update.planes.associations.iter().copied().zip(counts));
-            }
-            source.recycle(frame);
-        }
-
-        let planes = builder.into_map().planes().clone();
-        let mut pixels: BTreeMap<PlaneId, [usize; 2]> = BTreeMap::new();
-        for (id, [all, people]) in sightings {
-            // The pixels of merged planes count for the plane that remains.
-            let sum = pixels.entry(planes.plane(id).unwrap().id()).or_default();
-            *sum = [sum[0] + all, sum[1] + people];
-        }
-        Self { planes, pixels, people_pixels }
-    }
-
-    fn people_shares(&self) -> impl Iterator<Item = (PlaneId, f64)> {
-        self.pixels.iter().map(|(&id, &[all, people])| (id, people as f64 / all.max(1) as f64))
-    }
-}
-
-/// For each plane of the last frame, the number of its pixels, and how many of them show people.
-fn count_pixels(builder: &MapBuilder, shows_people: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
-    let detector = builder.plane_detector();
-    let mut of_label: BTreeMap<u16, [usize; 2]> = BTreeMap::new();
-    for (pixel, &label) in detector.labels().iter().enumerate() {
-        let [all, people] = of_label.entry(label).or_default();
-        *all += 1;
-        *people += usize::from(shows_people(pixel));
-    }
-    detector.planes().iter().map(|plane| of_label[&plane.label]).collect()
 }

@@ -5,6 +5,7 @@
 mod build_map;
 mod evaluate;
 mod example_program;
+mod kitchen;
 mod kitchen_objects;
 mod kitchen_planes;
 mod kitchen_refinement;
