@@ -72,3 +72,65 @@ impl Surroundings {
         *self.means.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{DepthImage, PinholeCamera, SplitMix64};
+    use dymlm_test_support::normal;
+
+    use super::*;
+    use crate::PastViews;
+
+    const WIDTH: usize = 640;
+    const HEIGHT: usize = 480;
+
+    /// A wall 2 m ahead of the first pose, read with the sensor's noise from a camera that has moved towards it.
+    /// In the columns that `hides` names something is before it, and moves.
+    fn frame(time: f64, moved: f64, hides: impl Fn(usize) -> bool) -> Frame {
+        let camera = PinholeCamera::new(WIDTH, HEIGHT, 525.0, 525.0, 319.5, 239.5).unwrap();
+        let (sensor, mut random) = (SensorModel::kinect(), SplitMix64::new(7 + time as u64));
+        let depth = (0..WIDTH * HEIGHT).map(|pixel| {
+            let z = if hides(pixel % WIDTH) { 1.5 - 0.05 * time } else { 2.0 - moved };
+            (z + normal(&mut random) * f64::from(sensor.sigma(z as f32))) as f32
+        });
+        let depth = DepthImage::new(WIDTH, HEIGHT, depth.collect()).unwrap();
+        Frame::new(time, camera, depth, None).unwrap()
+    }
+
+    /// The misfit that is measured when a pose errs by so much along the view.
+    fn misfit(error: f64, boxes: &Mask, hides: impl Fn(usize) -> bool) -> f64 {
+        let sensor = SensorModel::kinect();
+        let at = |z: f64| Pose::new([0.0, 0.0, z], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let mut past = PastViews::default();
+        past.remember(&frame(0.0, 0.0, &hides), &at(0.0), &sensor);
+        past.measure_misfits(&frame(2.0, 0.1, &hides), &at(0.1 + error), boxes, &sensor);
+        past.iter().next().unwrap().misfit()
+    }
+
+    #[test]
+    fn the_error_of_a_pose_is_measured() {
+        let nothing = Mask::filled(WIDTH, HEIGHT, false).unwrap();
+        assert!(misfit(0.0, &nothing, |_| false) < 0.001);
+        for error in [-0.01, 0.005, 0.02] {
+            let measured = misfit(error, &nothing, |_| false) * MEDIAN;
+            assert!((measured - error.abs()).abs() < 0.001, "{measured} for {error}");
+        }
+    }
+
+    #[test]
+    fn what_moves_in_a_few_tiles_or_in_a_box_is_no_error_of_the_pose() {
+        let nothing = Mask::filled(WIDTH, HEIGHT, false).unwrap();
+        assert!(misfit(0.0, &nothing, |u| u < WIDTH / 4) < 0.001);
+        let mut boxes = nothing.clone();
+        (0..HEIGHT).for_each(|v| boxes.fill_row(v, 0..3 * WIDTH / 5, true));
+        assert!(misfit(0.0, &boxes, |u| u < 3 * WIDTH / 5) < 0.001);
+    }
+
+    #[test]
+    fn too_few_tiles_tell_nothing() {
+        let nothing = Mask::filled(WIDTH, HEIGHT, false).unwrap();
+        assert!(misfit(0.0, &nothing.inverted(), |_| false).is_infinite());
+        // What the frame reads would lie hidden behind what the view has read.
+        assert!(misfit(3.0, &nothing, |_| false).is_infinite());
+    }
+}
