@@ -84,8 +84,8 @@ mod tests {
     const WIDTH: usize = 640;
     const HEIGHT: usize = 480;
 
-    /// A wall 2 m ahead of the first pose, read with the sensor's noise from a camera that has moved towards it.
-    /// In the columns that `hides` names something is before it, and moves.
+    /// A wall 2 m ahead of the first pose, read with the sensor's noise from a camera that has moved towards
+    /// it. In the columns that `hides` names something is before it, and moves.
     fn frame(time: f64, moved: f64, hides: impl Fn(usize) -> bool) -> Frame {
         let camera = PinholeCamera::new(WIDTH, HEIGHT, 525.0, 525.0, 319.5, 239.5).unwrap();
         let (sensor, mut random) = (SensorModel::kinect(), SplitMix64::new(7 + time as u64));

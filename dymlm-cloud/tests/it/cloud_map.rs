@@ -487,7 +487,7 @@ fn masked_pixels_are_not_mapped() {
     assert_eq!(ghosts(map.point_cloud(Selection::All).points()), 0);
 }
 
-/// Inserts frames from a time on, for so many seconds and so many a second, of a wall at a depth.
+/// Inserts frames of a wall at a depth, from a time on, for so many seconds and at so many frames a second.
 fn insert_walls(map: &mut CloudMap, from: f64, [seconds, rate]: [f64; 2], depth: f32) {
     for step in 0..(seconds * rate) as usize {
         map.insert(&frame(from + step as f64 / rate, |_, _| depth), None, &Pose::identity()).unwrap();
@@ -526,12 +526,9 @@ fn a_new_wall_is_believed_within_ten_seconds() {
 fn what_was_taken_away_is_gone_within_three_seconds() {
     for rate in [2.0, 30.0] {
         let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
-        let insert = |map: &mut CloudMap, time: f64, z: f32| {
-            map.insert(&frame(time, |_, _| z), None, &Pose::identity()).unwrap();
-        };
-        (0..600).for_each(|step| insert(&mut map, f64::from(step) / 2.0, 1.2));
+        insert_walls(&mut map, 0.0, [300.0, 2.0], 1.2);
         assert!(ghosts(map.point_cloud(Selection::Static).points()) > 100);
-        (0..(3.0 * rate) as usize).for_each(|step| insert(&mut map, 300.4 + step as f64 / rate, 2.4));
+        insert_walls(&mut map, 300.4, [3.0, rate], 2.4);
         assert_eq!(ghosts(map.point_cloud(Selection::Static).points()), 0, "{rate} Hz");
     }
 }

@@ -22,7 +22,8 @@ pub(crate) struct Kitchen {
 }
 
 impl Kitchen {
-    /// That of a recording with its detections, mapped once for all tests; none where the recording is not there.
+    /// The maps of a recording with its detections, made once for all tests. `None` when the recording is not
+    /// there.
     pub(crate) fn of(name: &'static str) -> Option<&'static Self> {
         static KITCHENS: Mutex<BTreeMap<&str, Option<&Kitchen>>> = Mutex::new(BTreeMap::new());
         *KITCHENS.lock().unwrap().entry(name).or_insert_with(|| {
@@ -31,6 +32,7 @@ impl Kitchen {
         })
     }
 
+    /// Maps a recording with the detections chosen of each frame's; `None` says that no detector ran.
     pub(crate) fn map(
         folder: &Path,
         choose: impl Fn(Option<Vec<Detection>>) -> Option<Vec<Detection>>,
@@ -73,6 +75,7 @@ impl Kitchen {
         Self { planes, objects, pixels, people_pixels }
     }
 
+    /// The share of each plane's pixels, in all frames, that show people.
     pub(crate) fn people_shares(&self) -> impl Iterator<Item = (PlaneId, f64)> {
         self.pixels.iter().map(|(&id, &[all, people])| (id, people as f64 / all.max(1) as f64))
     }
