@@ -17,8 +17,11 @@ HEAD = """# Medians of the criterion benches
 Written by `.ci/nightly performance` on {day}, commit {commit}; do not edit. Times are of that machine and that day:
 compare them with each other, and with another commit's only where the machine is the same.
 
-| bench | median | its 95 % confidence interval |
-|---|---|---|
+A run of a bench may handle many items (points, frames, questions): where it says how many, the last column is the median of
+one. The rest of a row is the whole run.
+
+| bench | median | its 95 % confidence interval | items | an item |
+|---|---|---|---:|---:|
 """
 
 
@@ -30,11 +33,13 @@ def time(nanoseconds: float) -> str:
 
 
 def row(estimates: Path) -> tuple[str, str]:
-    name = json.loads(estimates.with_name("benchmark.json").read_text())["full_id"]
+    bench = json.loads(estimates.with_name("benchmark.json").read_text())
+    name, items = bench["full_id"], (bench.get("throughput") or {}).get("Elements", 1)
     median = json.loads(estimates.read_text())["median"]
     interval = median["confidence_interval"]
     low, high = time(interval["lower_bound"]), time(interval["upper_bound"])
-    return name, f"| {name} | {time(median['point_estimate'])} | {low} to {high} |\n"
+    each = f"{items} | {time(median['point_estimate'] / items)}" if items > 1 else " | "
+    return name, f"| {name} | {time(median['point_estimate'])} | {low} to {high} | {each} |\n"
 
 
 def main() -> int:
