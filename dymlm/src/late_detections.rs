@@ -23,6 +23,8 @@ impl MapBuilder {
         }
         let poses: Vec<Pose> = log.poses().collect();
         let pose = &poses[frame.get() as usize];
+        // On the caller's clock; the observation has the maps'.
+        let timestamp = log.frame(frame).ok_or(Error::UnknownFrame { frame })?.timestamp;
 
         let stride = self.config.sensor.stride;
         let found: Vec<Detection> = found.iter().map(|detection| detection.subsampled(stride)).collect();
@@ -31,7 +33,7 @@ impl MapBuilder {
         preprocessor.process(&before.frame, Some(&found), pose)?;
         let mended = self.mended(&before, &preprocessor, found)?;
 
-        let mut report = FrameReport::waiting(frame, before.frame.timestamp());
+        let mut report = FrameReport::waiting(frame, timestamp);
         report.movers = in_all_pixels(preprocessor.movers(), stride);
         report.masked_pixels =
             mended.static_mask.width() * mended.static_mask.height() - mended.static_mask.count();

@@ -197,8 +197,13 @@ impl MapBuilder {
         self.check_time(input.frame.timestamp())?;
         Preprocessor::check(input.frame, input.detections().unwrap_or(&[]))?;
         input.frame.camera().subsampled(self.config.sensor.stride)?;
-        self.map.check_reach(input.frame, &input.world_from_camera)?;
-        Ok(self.map.octree.check_depth(input.frame, &self.config.sensor, &input.world_from_camera)?)
+        self.check_pose(input.frame, &input.world_from_camera)
+    }
+
+    /// Checks that the maps reach as far as a frame's readings.
+    pub(crate) fn check_pose(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
+        self.map.check_reach(frame, world_from_camera)?;
+        Ok(self.map.octree.check_depth(frame, &self.config.sensor, world_from_camera)?)
     }
 
     /// Checks that time goes on, in seconds, on the session's clock and on that of the maps.

@@ -59,11 +59,11 @@ impl MapBuilder {
         let map_time = map.past.newest;
         let scan = Scan { timestamp: map_time, points, world_from_sensor };
         let update = scan_mapper.map(&scan, map, &config.sensor, &mut clock)?;
-        self.map.change();
-        self.publisher.publish_when_due(map_time, self.config.publish_interval, &mut self.map);
         if let Some(log) = &mut self.map.past.log {
             log.add_scan(id, points);
         }
+        self.map.change();
+        self.publisher.publish_when_due(map_time, self.config.publish_interval, &mut self.map);
         let mut report = FrameReport::waiting(id, timestamp);
         (report.outcome, report.stages) = (FrameOutcome::Scanned(update), clock.finish());
         report.released.append(&mut released);

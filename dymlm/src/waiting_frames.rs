@@ -85,16 +85,24 @@ impl WaitingFrames {
         self.queue.retain(|waiting| waiting.id != id);
     }
 
-    /// Moves the waiting frames with the world: `poses` are those of all frames by id, and carried objects
-    /// move by `new_from_old`.
-    pub(crate) fn correct(&mut self, poses: &[Pose], new_from_old: &Pose) {
+    /// All frames that wait, in their order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &WaitingFrame> {
+        self.queue.iter()
+    }
+
+    /// Gives the waiting frames new poses; `poses`: those of all frames, by id.
+    pub(crate) fn take_over(&mut self, poses: &[Pose]) {
         for waiting in &mut self.queue {
             if let Some(pose) = poses.get(waiting.id.get() as usize) {
                 waiting.world_from_camera = *pose;
             }
-            for body in &mut waiting.carried {
-                *body = body.transformed(new_from_old);
-            }
+        }
+    }
+
+    /// Moves the carried objects in the waiting frames with the world.
+    pub(crate) fn move_carried(&mut self, new_from_old: &Pose) {
+        for body in self.queue.iter_mut().flat_map(|waiting| &mut waiting.carried) {
+            *body = body.transformed(new_from_old);
         }
     }
 

@@ -132,12 +132,17 @@ impl MapBuilder {
             log.frame(frame).map(|frame| frame.world_from_camera) != poses.get(frame.get() as usize).copied()
         };
         let first_moved = log.events.iter().position(|event| event.mapped().is_some_and(has_moved));
-        let report = match first_moved.into_iter().chain(changed).min() {
-            Some(first_changed) => self.rebuild(first_changed, poses, watch)?,
-            None => CorrectionReport::unchanged(log.key_frames().count()),
-        };
+        let first_changed = first_moved.into_iter().chain(changed).min();
+        let unchanged = CorrectionReport::unchanged(log.key_frames().count());
+        for waiting in self.waiting.iter() {
+            self.check_pose(&waiting.frame, &poses[waiting.id.get() as usize])?;
+        }
+        let report = first_changed.map(|first| self.rebuild(first, poses, watch)).transpose()?;
         self.take_over(poses);
-        Ok(report)
+        if report.is_some() {
+            self.publish_change();
+        }
+        Ok(report.unwrap_or(unchanged))
     }
 
     /// Builds the maps again with each frame at its new pose, and goes on with them.
@@ -174,7 +179,6 @@ impl MapBuilder {
             planes: rebuilt.planes,
             objects: rebuilt.objects,
         };
-        self.publish_change();
         Ok(report)
     }
 
@@ -206,16 +210,17 @@ impl MapBuilder {
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
         }
+        self.waiting.take_over(poses);
         if let Some((old, new)) = newest.filter(|(old, new)| old != new) {
-            self.follow_world(&(new * old.inverse()), poses);
+            self.follow_world(&(new * old.inverse()));
         }
     }
 
-    /// Moves what is known of the last frames, and the frames that wait, to the corrected world.
-    fn follow_world(&mut self, new_from_old: &Pose, poses: &[Pose]) {
+    /// Moves what is known of the last frames, and carried objects, to the corrected world.
+    fn follow_world(&mut self, new_from_old: &Pose) {
         self.preprocessor.move_world(new_from_old);
         self.key_frames.move_world(new_from_old);
-        self.waiting.correct(poses, new_from_old);
+        self.waiting.move_carried(new_from_old);
         for body in self.carried.values_mut() {
             *body = body.transformed(new_from_old);
         }

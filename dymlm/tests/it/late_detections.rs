@@ -1,7 +1,7 @@
 //! Detections that come when their frame has been mapped without them.
 
-use crate::common::{config, fingerprint, fingerprint_without_ids, sequence};
-use dymlm::core::{Detection, FrameId};
+use crate::common::{config, fingerprint, fingerprint_without_ids, insert_all, poses, sequence};
+use dymlm::core::{Detection, FrameId, Pose};
 use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder};
 use dymlm_sim::SimulatedFrame;
 
@@ -86,4 +86,54 @@ fn what_is_refused_changes_nothing() {
     assert_eq!(fingerprint(builder.map()), first);
     builder.correct_poses(&[]).unwrap();
     assert_eq!(fingerprint(builder.map()), first);
+}
+
+/// Six frames, the fifth of which awaits its detections, and the sixth the fifth.
+fn waiting() -> (MapBuilder, Vec<SimulatedFrame>) {
+    let frames = frames()[..6].to_vec();
+    let mut builder = builder(HistoryConfig::Memory);
+    for (index, frame) in frames.iter().enumerate() {
+        let found = if index == 4 { Detections::Pending } else { Detections::Found(&frame.detections) };
+        builder.insert(&frame.frame, found, &frame.world_from_camera).unwrap();
+    }
+    (builder, frames)
+}
+
+#[test]
+fn a_frame_that_waits_is_mapped_where_a_correction_puts_it() {
+    let (mut waiting, mut frames) = waiting();
+    let shift = Pose::new([0.05, 0.0, 0.02], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    frames[4].world_from_camera = shift * frames[4].world_from_camera;
+    // The newest frame stays, as where a SLAM holds its newest pose.
+    let corrected = [4, 5].map(|index| (FrameId::new(index), frames[index as usize].world_from_camera));
+    waiting.correct_poses(&corrected).unwrap();
+    waiting.detections_for(FrameId::new(4), &frames[4].detections).unwrap();
+
+    let mut built_there = builder(HistoryConfig::Memory);
+    insert_all(&mut built_there, &frames);
+    assert!(fingerprint(waiting.map()) == fingerprint(built_there.map()));
+}
+
+#[test]
+fn a_frame_that_waits_is_not_put_beyond_the_maps_reach() {
+    let (mut builder, frames) = waiting();
+    let before = (fingerprint(builder.map()), poses(&builder));
+    let far = Pose::new([1e9, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let newest = (FrameId::new(5), frames[5].world_from_camera);
+    let refused = builder.correct_poses(&[(FrameId::new(4), far), newest]);
+    assert!(matches!(refused, Err(Error::Cloud(_))), "{refused:?}");
+    assert!((fingerprint(builder.map()), poses(&builder)) == before);
+    builder.detections_for(FrameId::new(4), &frames[4].detections).unwrap();
+}
+
+#[test]
+fn a_mended_frame_is_reported_at_the_time_at_which_it_was_given() {
+    let frames = frames();
+    let mut builder = builder(HistoryConfig::Memory);
+    insert(&mut builder, &frames[1], Detections::Found(&[]));
+    // Another session, whose clock begins anew.
+    builder.begin_session().unwrap();
+    let id = insert(&mut builder, &frames[0], Detections::NotRun);
+    let report = builder.detections_for(id, &frames[0].detections).unwrap();
+    assert_eq!(report.timestamp, frames[0].frame.timestamp());
 }

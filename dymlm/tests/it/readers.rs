@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::common::map_copy::MapCopy;
-use crate::common::{config, fingerprint, insert_all, sequence};
+use crate::common::{config, fingerprint, insert_all, poses, sequence};
 use dymlm::core::Pose;
 use dymlm::{HistoryConfig, MapBuilder, MapReader, MultiLevelMap, Revision, Selection};
 use dymlm_sim::SimulatedFrame;
@@ -73,6 +73,34 @@ fn readers_follow_what_is_forgotten_moved_and_corrected() {
     assert!(same(&reader, &builder) && reader.latest().revision() > before.revision());
     builder.settle();
     assert!(same(&reader, &builder));
+}
+
+/// A map that somebody has read is as good a beginning as the builder's own.
+fn resumed(reader: &MapReader) -> MapBuilder {
+    MapBuilder::resume(MultiLevelMap::clone(&reader.latest())).unwrap()
+}
+
+#[test]
+fn what_readers_see_after_a_correction_has_the_corrected_poses() {
+    let mut builder = builder();
+    let reader = builder.reader();
+    insert_all(&mut builder, &frames(6));
+    builder.transform(&Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+    assert_eq!(poses(&resumed(&reader)), poses(&builder));
+}
+
+#[test]
+fn a_scan_that_readers_see_is_in_their_history() {
+    let mut builder = builder();
+    let reader = builder.reader();
+    insert_all(&mut builder, &frames(2));
+    let scan = [[2.0, 0.0, 0.5], [2.0, 0.1, 0.5]];
+    let scan = builder.insert_scan(10.0, &scan, &Pose::identity()).unwrap();
+    let mut read = resumed(&reader);
+    for builder in [&mut builder, &mut read] {
+        builder.remove(scan.id).unwrap();
+    }
+    assert!(fingerprint(read.map()) == fingerprint(builder.map()));
 }
 
 #[test]
