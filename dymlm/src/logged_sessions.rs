@@ -46,16 +46,33 @@ pub(crate) struct Session {
     /// Time of that frame on the clock of the maps that recorded it, seconds. It gives the session its place
     /// among others, even if sessions that are merged later come before it.
     pub(crate) start: f64,
+    /// Hash of what its first key frame or scan has read; 0 before that. Of two recordings that began at the
+    /// same time, it tells which comes first, and whether both are one. It stays when that key frame is
+    /// mended or removed, so that both versions of the session are known as one.
+    pub(crate) content: u64,
 }
 
 /// Where a session is in a log.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LoggedSession {
     pub(crate) start: f64,
+    pub(crate) content: u64,
     /// Ids of its frames.
     pub(crate) frames: Range<usize>,
     /// Places of its events, without the event that says that it began.
     pub(crate) events: Range<usize>,
+}
+
+impl Session {
+    /// Notes what a key frame or scan has read, if it is the session's first.
+    pub(crate) fn note_content(&mut self, numbers: impl Iterator<Item = u32>) {
+        if self.content == 0 {
+            // FNV-1a, by numbers instead of bytes.
+            self.content = numbers.fold(0xcbf2_9ce4_8422_2325, |hash, number| {
+                (hash ^ u64::from(number)).wrapping_mul(0x0100_0000_01b3)
+            });
+        }
+    }
 }
 
 impl SessionLog {
@@ -76,7 +93,8 @@ impl SessionLog {
             let frames_end = next.map_or(self.frames.len(), |next| next.first.get() as usize);
             let end = next.map_or(self.events.len(), |next| begin(next).unwrap_or(start));
             let frames = session.first.get() as usize..frames_end;
-            logged.push(LoggedSession { start: session.start, frames, events: start..end });
+            let &Session { start: began, content, .. } = session;
+            logged.push(LoggedSession { start: began, content, frames, events: start..end });
             start = end + 1;
         }
         logged

@@ -141,7 +141,7 @@ impl MapBuilder {
         past.newest = timestamp + clock_offset;
         if let Some(log) = &mut past.log {
             if is_first_of_session {
-                log.sessions.push(Session { first: id, start: past.newest });
+                log.sessions.push(Session { first: id, start: past.newest, content: 0 });
             }
             log.frames.push(InsertedFrame { timestamp, clock_offset, world_from_camera: *world_from_camera });
         }

@@ -9,16 +9,16 @@ pub(crate) struct Past {
     pub(crate) frames: u64,
     /// Time of the newest of them on the maps' clock, seconds.
     pub(crate) newest: f64,
-    /// Whether planes and objects have kept ids from before a correction, which differ from those that a
-    /// replay of the log would give them.
-    pub(crate) keeps_older_ids: bool,
+    /// Whether the maps may differ from those that a replay of the log would give: planes and objects have
+    /// kept ids from before a correction, or a map could not be loaded.
+    pub(crate) differs_from_log: bool,
     /// The log, when a history is kept.
     pub(crate) log: Option<SessionLog>,
 }
 
 impl Default for Past {
     fn default() -> Self {
-        Self { frames: 0, newest: f64::NEG_INFINITY, keeps_older_ids: false, log: None }
+        Self { frames: 0, newest: f64::NEG_INFINITY, differs_from_log: false, log: None }
     }
 }
 

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dymlm_core::{FrameId, ObjectId, Pages, PlaneId, Point, Pose, Succession};
+use dymlm_core::{ColorImage, FrameId, ObjectId, Pages, PlaneId, Point, Pose, Succession};
 use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 use dymlm_objects::ObjectReport;
@@ -282,6 +282,12 @@ impl SessionLog {
         observation: Arc<Observation>,
         update: &MapUpdate,
     ) {
+        if let Some(session) = self.sessions.last_mut() {
+            let (depth, color) = (observation.frame.depth(), observation.frame.color());
+            let colors = color.into_iter().flat_map(ColorImage::data).flatten();
+            let depths = depth.data().iter().map(|depth| depth.to_bits());
+            session.note_content(depths.chain(colors.map(|&value| value.into())));
+        }
         let observation = self.history.push(observation);
         let seen = SeenThings::of(&update.planes, &update.objects);
         self.events.push(Event::KeyFrame(KeyFrameEntry { frame, observation, seen }));
@@ -289,6 +295,9 @@ impl SessionLog {
 
     /// Logs a scan that has been mapped.
     pub(crate) fn add_scan(&mut self, frame: FrameId, points: &[Point]) {
+        if let Some(session) = self.sessions.last_mut() {
+            session.note_content(points.iter().flatten().map(|c| c.to_bits()));
+        }
         let points = self.history.push_scan(points.into());
         self.events.push(Event::Scan(ScanEntry { frame, points }));
     }

@@ -154,9 +154,7 @@ impl Catalogue {
             }
             Kind::Transforms => {
                 let is_fixed = topic.ends_with("tf_static");
-                for transform in &decode::<TransformMessage>(data)?.transforms {
-                    self.tree.add(transform, is_fixed, Some(recorded))?;
-                }
+                self.tree.add_all(&decode::<TransformMessage>(data)?.transforms, is_fixed, Some(recorded))?;
             }
             Kind::Odometry => {
                 self.odometry.entry(topic.to_owned()).or_default().push(decode(data)?);

@@ -95,6 +95,20 @@ pub(super) fn frame_name(frame: &str) -> &str {
 }
 
 impl TransformTree {
+    /// Adds the transforms of a message. One that is wrong does not keep the others out.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the first of those that were left out.
+    pub(super) fn add_all(
+        &mut self,
+        given: &[TransformStamped],
+        is_fixed: bool,
+        recorded: Option<f64>,
+    ) -> Result<(), String> {
+        given.iter().fold(Ok(()), |so_far, transform| so_far.and(self.add(transform, is_fixed, recorded)))
+    }
+
     /// Adds a transform. A fixed one (`is_fixed`) holds at all times, and a later one replaces it. A moving
     /// one without a time stamp gets the time at which it was `recorded`.
     pub(super) fn add(
@@ -261,16 +275,32 @@ mod tests {
     use super::*;
     use crate::ros2::messages::{Header, Rotation, Time, Vector3};
 
-    #[test]
-    fn a_localization_may_be_slow_where_it_hardly_moves() {
-        let at = |parent: &str, child: &str, seconds: i32, x: f64| TransformStamped {
+    fn at(parent: &str, child: &str, seconds: i32, x: f64) -> TransformStamped {
+        TransformStamped {
             header: Header { stamp: Time { sec: seconds, nanosec: 0 }, frame_id: parent.into() },
             child_frame_id: child.into(),
             transform: Transform {
                 translation: Vector3 { x, y: 0.0, z: 0.0 },
                 rotation: Rotation { x: 0.0, y: 0.0, z: 0.0, w: 1.0 },
             },
-        };
+        }
+    }
+
+    #[test]
+    fn a_wrong_transform_keeps_no_other_of_its_message_out() {
+        let mut wrong = at("map", "lamp", 1, 0.0);
+        wrong.transform.rotation.w = 0.0;
+        let mut tree = TransformTree::default();
+        let message = [wrong, at("map", "map", 1, 0.0), at("map", "camera", 1, 2.0)];
+        let error = tree.add_all(&message, false, None).unwrap_err();
+        assert!(!error.contains("two different frames"), "the first that is wrong: {error}");
+        tree.settle().unwrap();
+        let chain = tree.chain_to_world("camera", None).unwrap();
+        assert_eq!(tree.pose_at(&chain, 1.0, 0.2).unwrap().translation()[0], 2.0);
+    }
+
+    #[test]
+    fn a_localization_may_be_slow_where_it_hardly_moves() {
         let mut tree = TransformTree::default();
         for (seconds, x) in [(1, 0.0), (2, 0.01), (3, 0.5)] {
             tree.add(&at("map", "camera", seconds, x), false, None).unwrap();

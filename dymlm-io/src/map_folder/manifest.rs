@@ -12,10 +12,10 @@ pub(super) const MANIFEST: &str = "manifest.json";
 const FORMAT: &str = "dymlm map";
 
 /// The format version that is written, and the only one that is read.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 
 /// `manifest.json`.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Manifest {
     format: String,
     version: u32,

@@ -8,6 +8,10 @@ use super::manifest::{FileEntry, MANIFEST, Manifest, check_name};
 use super::replace::{recover_unless_written, resolve};
 use crate::Error;
 
+/// How often a folder is read that is replaced while it is read. More than one replacement within the time of
+/// a reading is rare.
+const MOST_TRIES: usize = 10;
+
 /// A map folder, opened and verified: every file that its manifest lists is there and is as it was written.
 ///
 /// See [`MapFolderWriter`](crate::MapFolderWriter).
@@ -27,11 +31,15 @@ impl MapFolder {
     /// no valid manifest; [`Error::MapVersion`]; [`Error::Checksum`] for the first file that is not as it was
     /// written.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, Error> {
-        let map = Self::open_unverified(folder)?;
-        for file in &map.manifest.files {
-            verify(&map.folder.join(&file.name), file)?;
-        }
-        Ok(map)
+        let folder = folder.as_ref();
+        Self::read_unreplaced(
+            || Self::open_unverified(folder),
+            |map| {
+                let mut files = map.manifest.files.iter();
+                files.try_for_each(|file| verify(&map.folder.join(&file.name), file))?;
+                Ok(map.clone())
+            },
+        )
     }
 
     /// Opens a map folder without verifying its files.
@@ -47,6 +55,32 @@ impl MapFolder {
             recover_unless_written(&resolve(folder)?)?;
         }
         Ok(Self { folder: folder.to_path_buf(), manifest: Manifest::read(folder)? })
+    }
+
+    /// Opens a map folder and reads from it; once more when somebody has replaced the folder meanwhile, since
+    /// files of two maps make up none. After some times the last result counts.
+    ///
+    /// # Errors
+    ///
+    /// Those of `open` and `read`.
+    pub fn read_unreplaced<T, E>(
+        open: impl Fn() -> Result<Self, E>,
+        mut read: impl FnMut(&Self) -> Result<T, E>,
+    ) -> Result<T, E> {
+        let mut tries = 0;
+        loop {
+            let map = open()?;
+            let result = read(&map);
+            tries += 1;
+            if tries == MOST_TRIES || !map.was_replaced() {
+                return result;
+            }
+        }
+    }
+
+    /// Whether the folder holds another map than when it was opened, or none.
+    pub fn was_replaced(&self) -> bool {
+        Manifest::read(&self.folder).map_or(true, |now| now != self.manifest)
     }
 
     /// Names of the files, in the order in which they were written.

@@ -161,7 +161,7 @@ impl MapBuilder {
         let rebuilt = rebuilt?;
         let before = std::mem::replace(map, rebuilt.map);
         (map.revision, map.past) = (before.revision, before.past);
-        map.past.keeps_older_ids = true;
+        map.past.differs_from_log = true;
         let log = map.past.log.as_mut().ok_or(Error::NoHistory)?;
         log.events = rebuilt.events;
 

@@ -69,7 +69,7 @@ impl MultiLevelMap {
     /// [`Error::Files`] when the folder holds no map, only the standard files of one, or a map of another
     /// format version; else an error that names what is damaged.
     pub fn load(folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read_whole(&MapFolder::open(folder)?, None)
+        Self::read_whole(folder.as_ref(), None)
     }
 
     /// [`load`](Self::load), with the observations of key frames kept in another place.
@@ -78,7 +78,7 @@ impl MultiLevelMap {
     ///
     /// As [`load`](Self::load).
     pub fn load_with_history(folder: impl AsRef<Path>, history: HistoryConfig) -> Result<Self, Error> {
-        Self::read_whole(&MapFolder::open(folder)?, Some(history))
+        Self::read_whole(folder.as_ref(), Some(history))
     }
 
     /// Loads what is undamaged of a folder, and names the maps that are damaged: these are empty.
@@ -87,11 +87,20 @@ impl MultiLevelMap {
     ///
     /// As [`load`](Self::load), when not even the manifest and the head of the state can be read.
     pub fn load_partial(folder: impl AsRef<Path>) -> Result<(Self, Vec<MissingMap>), Error> {
-        Self::read_state(&MapFolder::open_unverified(folder)?, None)
+        let open = || Ok(MapFolder::open_unverified(&folder)?);
+        MapFolder::read_unreplaced(open, |folder| Self::read_state(folder, None))
+    }
+
+    fn read_whole(folder: &Path, history: Option<HistoryConfig>) -> Result<Self, Error> {
+        let open = || Ok(MapFolder::open(folder)?);
+        MapFolder::read_unreplaced(open, |folder| Self::read_whole_state(folder, history.clone()))
     }
 
     /// The maps of a folder, when none is missing.
-    pub(super) fn read_whole(folder: &MapFolder, history: Option<HistoryConfig>) -> Result<Self, Error> {
+    pub(super) fn read_whole_state(
+        folder: &MapFolder,
+        history: Option<HistoryConfig>,
+    ) -> Result<Self, Error> {
         let (map, missing) = Self::read_state(folder, history)?;
         missing.into_iter().next().map_or(Ok(map), |missing| Err(missing.error))
     }

@@ -75,7 +75,7 @@ impl MapSaver {
         history: Option<HistoryConfig>,
     ) -> Result<(Self, MultiLevelMap), crate::Error> {
         let (saver, folder) = MapFolderSaver::open(folder)?;
-        let map = MultiLevelMap::read_whole(&folder, history)?;
+        let map = MultiLevelMap::read_whole_state(&folder, history)?;
         Ok((Self { folder: saver, saved: Some(SavedState::of(&map)), planes: Vec::new() }, map))
     }
 

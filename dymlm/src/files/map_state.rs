@@ -36,7 +36,7 @@ struct Head {
     revision: Revision,
     frames_given: u64,
     newest: f64,
-    keeps_older_ids: bool,
+    differs_from_log: bool,
     log: Option<LogHead>,
 }
 
@@ -88,7 +88,7 @@ impl MultiLevelMap {
             revision: self.revision,
             frames_given: self.past.frames,
             newest: self.past.newest,
-            keeps_older_ids: self.past.keeps_older_ids,
+            differs_from_log: self.past.differs_from_log,
             log: self.past.log.as_ref().map(|log| LogHead {
                 frames: log.frames.len(),
                 events: log.events.len(),
@@ -105,6 +105,7 @@ impl MultiLevelMap {
     ) -> Result<(Self, Vec<MissingMap>), Error> {
         let (_, head) = parts(folder, HEAD)?.pop().ok_or_else(|| DamagedState::new(0, "it is missing"))?;
         let head: Head = decode_part(0, &head)?;
+        head.check()?;
         let mut config =
             MapConfig::from_toml(&head.config).map_err(|error| Error::SavedConfig(error.to_string()))?;
         config.validate()?;
@@ -115,7 +116,7 @@ impl MultiLevelMap {
         let mut map = Self::new(&config)?;
         (map.ghost_removal, map.revision) = (head.ghost_removal, head.revision);
         (map.past.frames, map.past.newest) = (head.frames_given, head.newest);
-        map.past.keeps_older_ids = head.keeps_older_ids;
+        map.past.differs_from_log = head.differs_from_log;
 
         let (sensor, mut missing) = (config.sensor, Vec::new());
         let mut read = |section, result: Result<(), Error>| {
@@ -149,7 +150,24 @@ impl MultiLevelMap {
         }
         // The cloud comes last: it has what the other maps leave of the memory budget.
         read(CLOUD, read_cloud(folder, &map).map(|cloud| map.cloud = cloud));
+        map.past.differs_from_log |= !missing.is_empty();
         Ok((map, missing))
+    }
+}
+
+impl Head {
+    /// Refuses counts from which no mapping can go on; a damaged file may hold them.
+    fn check(&self) -> Result<(), DamagedState> {
+        const MOST: u64 = 1 << 62;
+        let frames = self.log.as_ref().map_or(self.frames_given, |log| log.frames as u64);
+        if self.frames_given > MOST || self.revision.get() > MOST || frames != self.frames_given {
+            return Err(DamagedState::new(0, "impossible counts"));
+        }
+        // Minus infinity before the first frame.
+        if self.newest.is_nan() || self.newest == f64::INFINITY {
+            return Err(DamagedState::new(0, "a time that is none"));
+        }
+        Ok(())
     }
 }
 
@@ -260,4 +278,28 @@ fn read_pages<T: DeserializeOwned>(parts: Parts, len: usize) -> Result<Pages<T>,
 /// The page that holds an item.
 fn page_of(place: usize) -> u64 {
     (place / Pages::<()>::PAGE) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MapBuilder;
+
+    #[test]
+    fn a_head_from_which_no_mapping_can_go_on_is_refused() {
+        let mut config = MapConfig::default();
+        config.history = HistoryConfig::Memory;
+        let builder = MapBuilder::new(config).unwrap();
+        let with = |change: fn(&mut Head)| {
+            let mut head = builder.map().head().unwrap();
+            change(&mut head);
+            head.check().is_ok()
+        };
+        assert!(with(|_| ()));
+        assert!(!with(|head| head.newest = f64::NAN));
+        assert!(!with(|head| head.newest = f64::INFINITY));
+        assert!(!with(|head| head.revision = Revision(u64::MAX)));
+        assert!(!with(|head| head.frames_given = 1), "the log has none");
+        assert!(!with(|head| (head.frames_given, head.log) = (u64::MAX, None)));
+    }
 }

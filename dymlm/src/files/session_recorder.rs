@@ -107,7 +107,8 @@ impl SessionRecorder {
     /// Records what has changed in the maps since they were recorded last, as of a time in seconds, and
     /// leaves nothing to lose. Maps that were made otherwise take the place of those before.
     ///
-    /// Costs what has changed, the tiles of the cloud that this is in, and the grid.
+    /// Costs what has changed, the tiles of the cloud that this is in, the outlines of all planes and objects if
+    /// one of them has changed, and the grid.
     ///
     /// # Errors
     ///

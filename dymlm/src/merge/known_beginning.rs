@@ -27,7 +27,7 @@ impl MergedLog {
 
     /// The first events of the log, when they are exactly those that have made a map as it is.
     fn known_events(&self, side: usize, map: &MultiLevelMap) -> Option<Pages<Event>> {
-        let log = map.past.log.as_ref().filter(|_| !map.past.keeps_older_ids)?;
+        let log = map.past.log.as_ref().filter(|_| !map.past.differs_from_log)?;
         let own = log.logged_sessions();
         let merged = self.log.logged_sessions();
         let own_first = own.iter().zip(&self.sessions).zip(&merged).all(|((logged, session), merged)| {

@@ -88,7 +88,7 @@ impl MultiLevelMap {
         map.past = Past {
             frames: merged.log.frames.len() as u64,
             newest: merged.newest,
-            keeps_older_ids: false,
+            differs_from_log: false,
             log: Some(SessionLog { events, ..merged.log }),
         };
         *self = map;

@@ -27,7 +27,7 @@ impl MergedLog {
         let log = SessionLog::new(sources[0].log.history.emptied());
         let mut merged = Self {
             log,
-            sessions: unite(sources)?,
+            sessions: unite(sources),
             event_places: [Vec::new(), Vec::new()],
             newest: f64::NEG_INFINITY,
         };
@@ -60,7 +60,7 @@ impl MergedLog {
             let (source, Some(logged)) = (&sources[session.side], session.logged()) else { continue };
             let mut clock = SessionClock::default();
             let first = FrameId::new(self.log.frames.len() as u64);
-            self.log.sessions.push(Session { first, start: logged.start });
+            self.log.sessions.push(Session { first, start: logged.start, content: logged.content });
             for frame in source.frames(logged) {
                 let timestamp = frame.timestamp;
                 let clock_offset = clock.advance(timestamp, self.newest);

@@ -187,6 +187,16 @@ fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
     assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
 }
 
+/// What a session's first key frame has shown may be mended or taken out later: it is the same session.
+#[test]
+fn a_session_whose_first_key_frame_is_gone_in_one_map_is_the_same_session() {
+    let whole = map(&(0, 0.0, frames(3)));
+    let beheaded = map(&(0, 0.0, [frames(3), vec![Step::Remove { which: 0 }]].concat()));
+    assert_eq!(key_frames(&beheaded), 2);
+    let error = whole.clone().merge(&beheaded, &Pose::identity()).unwrap_err();
+    assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
+}
+
 /// Merged by a tree, each key frame is mapped again at most once a level; merged in the order of time, once
 /// in all.
 #[test]

@@ -1,9 +1,7 @@
 use std::cmp::Ordering;
-use std::sync::Arc;
 
 use dymlm_core::{FrameId, Pose};
 
-use crate::Error;
 use crate::logged_sessions::LoggedSession;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 
@@ -27,9 +25,6 @@ pub(super) struct UnitedSession {
 struct Candidate {
     side: usize,
     logged: LoggedSession,
-    /// The bytes of the first key frame or scan. Of two recordings that began at the same time, they tell
-    /// which comes first, and whether both are one.
-    first_bytes: Arc<[u8]>,
 }
 
 impl Source<'_> {
@@ -65,29 +60,21 @@ impl UnitedSession {
 /// The sessions of both logs in the order of their start, each once. The order is the same whichever log is
 /// the first, and whatever was merged before. A session that is in both logs is taken from the one in which
 /// it went on longer.
-pub(super) fn unite(sources: [Source<'_>; 2]) -> Result<Vec<UnitedSession>, Error> {
+pub(super) fn unite(sources: [Source<'_>; 2]) -> Vec<UnitedSession> {
     let mut candidates = Vec::new();
     for (side, source) in sources.iter().enumerate() {
-        for logged in source.log.logged_sessions() {
-            let first_bytes = first_bytes(source, &logged)?;
-            candidates.push(Candidate { side, logged, first_bytes });
-        }
+        let sessions = source.log.logged_sessions();
+        candidates.extend(sessions.into_iter().map(|logged| Candidate { side, logged }));
     }
     candidates.sort_by(in_order);
 
     let same = candidates.chunk_by(|one, next| in_order(one, next).is_eq());
-    Ok(same.map(united).collect())
+    same.map(united).collect()
 }
 
 fn in_order(one: &Candidate, other: &Candidate) -> Ordering {
     let by_start = one.logged.start.total_cmp(&other.logged.start);
-    by_start.then_with(|| one.first_bytes.cmp(&other.first_bytes))
-}
-
-/// Empty when the session has no observation.
-fn first_bytes(source: &Source<'_>, session: &LoggedSession) -> Result<Arc<[u8]>, Error> {
-    let first = source.events(session).find_map(Event::observation);
-    Ok(first.map(|number| source.log.history.bytes(number)).transpose()?.unwrap_or_default())
+    by_start.then(one.logged.content.cmp(&other.logged.content))
 }
 
 /// One session, of one log or of both.

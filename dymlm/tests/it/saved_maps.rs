@@ -5,10 +5,11 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use crate::common::{fingerprint, poses};
+use crate::common::{fingerprint, fingerprint_without_ids, poses};
 use dymlm::files::{Autosave, MapSaver};
-use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap};
+use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, MapCounts, MultiLevelMap};
 use dymlm_core::{FrameId, PinholeCamera, Pose};
+use dymlm_io::MapFolder;
 use dymlm_sim::{Sequence, SequenceConfig};
 
 fn config(history: HistoryConfig) -> MapConfig {
@@ -101,6 +102,45 @@ fn of_a_damaged_folder_the_rest_is_read() {
     assert_eq!(MultiLevelMap::load_partial(&folder).unwrap().1.len(), 1, "the standard files are not read");
     damage(&folder.join("state.index"), 5);
     assert!(MultiLevelMap::load_partial(&folder).is_err());
+}
+
+/// What a session has shown is in the history, whatever maps were lost.
+#[test]
+fn a_merge_maps_again_what_could_not_be_loaded() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut whole = mapped(HistoryConfig::Memory).into_map();
+    whole.save(&folder).unwrap();
+    damage(&folder.join("state-000001.bin"), 10);
+    let (mut partial, missing) = MultiLevelMap::load_partial(&folder).unwrap();
+    assert_eq!(missing.len(), 1);
+
+    let mut later = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    insert(&mut later, 7..9);
+    let later = later.into_map();
+    for map in [&mut whole, &mut partial] {
+        map.merge(&later, &Pose::identity()).unwrap();
+    }
+    assert!(fingerprint_without_ids(&partial) == fingerprint_without_ids(&whole));
+}
+
+#[test]
+fn a_folder_that_is_replaced_while_it_is_read_is_read_again() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut builder = mapped(HistoryConfig::None);
+    builder.map().save(&folder).unwrap();
+    let mut readings = 0;
+    let read = |read: &MapFolder| {
+        readings += 1;
+        if readings == 1 {
+            insert(&mut builder, 6..8);
+            builder.map().save(&folder).unwrap();
+        }
+        read.counts::<MapCounts>()
+    };
+    let counts = MapFolder::read_unreplaced(|| MapFolder::open(&folder), read).unwrap();
+    assert_eq!((readings, counts), (2, builder.map().counts()));
 }
 
 #[test]
