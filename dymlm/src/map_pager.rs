@@ -1,9 +1,6 @@
-use std::sync::Arc;
-
 #[cfg(feature = "io")]
 use dymlm_cloud::CloudLoader;
 use dymlm_cloud::CloudPager;
-use dymlm_core::paging::PageFile;
 #[cfg(feature = "io")]
 use dymlm_planes::PlaneMap;
 
@@ -21,9 +18,8 @@ pub(crate) struct MapPager {
 struct Budgeted {
     /// Bytes.
     budget: usize,
+    /// Its file, or rather the cloud's, also takes what key frames have seen of planes.
     cloud: CloudPager,
-    /// For what key frames have seen of planes.
-    planes: Arc<PageFile>,
 }
 
 impl MapPager {
@@ -31,8 +27,7 @@ impl MapPager {
         let Some(budget) = config.budget else { return Ok(Self { budgeted: None }) };
         let folder = config.path.clone().unwrap_or_else(std::env::temp_dir);
         let cloud = CloudPager::new(&folder).map_err(Error::Paging)?;
-        let planes = PageFile::create_in(&folder).map_err(Error::Paging)?;
-        Ok(Self { budgeted: Some(Budgeted { budget, cloud, planes }) })
+        Ok(Self { budgeted: Some(Budgeted { budget, cloud }) })
     }
 
     /// Must be called once a frame. What is paged out of the maps is paged out of their snapshots as well.
@@ -41,10 +36,7 @@ impl MapPager {
         map: &mut MultiLevelMap,
         snapshots: &mut Snapshots,
     ) -> Result<(), Error> {
-        let Some(Budgeted { budget, cloud: pager, planes: file }) = &mut self.budgeted else { return Ok(()) };
-        if let Some(failure) = file.failure() {
-            return Err(Error::Paging(failure));
-        }
+        let Some(Budgeted { budget, cloud: pager }) = &mut self.budgeted else { return Ok(()) };
         let MultiLevelMap { cloud, octree, planes, objects, past, .. } = map;
         let mut has_counted = false;
         let budget = || {
@@ -57,6 +49,7 @@ impl MapPager {
         pager.page_out(cloud, budget).map_err(Error::Paging)?;
         if has_counted {
             // Whatever the budget: they are seldom asked, and grow with the hours.
+            let file = map.cloud.page_file().unwrap_or(pager.file());
             map.planes.page_out(file).map_err(Error::Paging)?;
             snapshots.page_out_like(map);
         }
@@ -66,15 +59,15 @@ impl MapPager {
     /// Pages out what older key frames have seen of planes, in maps that have been loaded.
     #[cfg(feature = "io")]
     pub(crate) fn page_out_planes(&self, planes: &PlaneMap) -> Result<(), Error> {
-        let Some(Budgeted { planes: file, .. }) = &self.budgeted else { return Ok(()) };
-        planes.page_out(file).map_err(Error::Paging)
+        let Some(Budgeted { cloud, .. }) = &self.budgeted else { return Ok(()) };
+        planes.page_out(cloud.file()).map_err(Error::Paging)
     }
 
     /// Pages out what has been loaded of a cloud, when it takes more than the other maps, whose bytes are `others`,
     /// leave of the budget.
     #[cfg(feature = "io")]
     pub(crate) fn page_out_loaded(&mut self, loader: &mut CloudLoader, others: usize) -> Result<(), Error> {
-        let Some(Budgeted { budget, cloud: pager, .. }) = &mut self.budgeted else { return Ok(()) };
+        let Some(Budgeted { budget, cloud: pager }) = &mut self.budgeted else { return Ok(()) };
         loader.page_out(pager, budget.saturating_sub(others)).map_err(Error::Paging)
     }
 }

@@ -64,6 +64,11 @@ impl CloudPager {
         })
     }
 
+    /// The file of this pager. A map that has been paged out before keeps its [own](CloudMap::page_file).
+    pub fn file(&self) -> &Arc<PageFile> {
+        &self.file
+    }
+
     /// Pages out some blocks when the map is about to take more than `budget` bytes of memory. Call it once a
     /// frame, with one map. What the last 12 frames have seen stays in memory, whatever the budget. `budget`
     /// is asked in each 16th call.
@@ -73,10 +78,10 @@ impl CloudPager {
     /// Those of writing, on a full disk, for example: then the map stays whole, in memory. Those of reading:
     /// then blocks are lost, and each further call fails.
     pub fn page_out(&mut self, map: &mut CloudMap, budget: impl FnOnce() -> usize) -> Result<()> {
-        if let Some(failure) = self.file.failure() {
+        let file = self.file_of(map);
+        if let Some(failure) = file.failure() {
             return Err(failure);
         }
-        map.page_file.get_or_insert_with(|| Arc::clone(&self.file));
         self.frames += 1;
         self.count.go_on(map, f64::from(self.frames) / f64::from(INTERVAL));
         if self.frames >= INTERVAL {
@@ -89,7 +94,7 @@ impl CloudPager {
         // As many a frame that none is left when blocks are chosen again.
         for _ in 0..self.due.len().div_ceil((INTERVAL - self.frames) as usize) {
             let Some(&key) = self.due.front() else { break };
-            map.page_out(key, self.settled, &self.file, &mut self.buffer)?;
+            map.page_out(key, self.settled, &file, &mut self.buffer)?;
             self.due.pop_front();
         }
         Ok(())
@@ -98,9 +103,15 @@ impl CloudPager {
     /// Pages out the blocks of voxels and of the evidence of a map that is being loaded, from these slots on.
     #[cfg(feature = "state")]
     pub(crate) fn page_out_from(&mut self, map: &mut CloudMap, voxels: usize, evidence: usize) -> Result<()> {
-        map.page_file.get_or_insert_with(|| Arc::clone(&self.file));
-        map.voxels.page_out_from(voxels, &self.file)?;
-        map.evidence.page_out_from(evidence, &self.file)
+        let file = self.file_of(map);
+        map.voxels.page_out_from(voxels, &file)?;
+        map.evidence.page_out_from(evidence, &file)
+    }
+
+    /// The file of a map: that of the first pager that it has met, so that one file tells what the map has lost,
+    /// whoever has loaded or corrected it.
+    pub(crate) fn file_of(&self, map: &mut CloudMap) -> Arc<PageFile> {
+        Arc::clone(map.page_file.get_or_insert_with(|| Arc::clone(&self.file)))
     }
 
     /// Chooses the blocks to go, so many that the map will not be too large when blocks are chosen again.
@@ -155,6 +166,12 @@ impl CloudPager {
 }
 
 impl CloudMap {
+    /// The file in which a [`CloudPager`] has put blocks; `None` as long as the map has met no pager. Blocks are
+    /// lost when it [has failed](PageFile::failure).
+    pub fn page_file(&self) -> Option<&Arc<PageFile>> {
+        self.page_file.as_ref()
+    }
+
     /// Frees the memory of blocks that a later state of this map has paged out, as far as the two share them.
     pub fn page_out_like(&mut self, later: &Self) {
         self.voxels.page_out_like(&later.voxels);
@@ -239,6 +256,14 @@ mod tests {
             count.go_on(&map, share);
         }
         assert_eq!(count.finish(&map), map.memory_bytes());
+    }
+
+    #[test]
+    fn all_that_a_map_pages_out_is_in_one_file() {
+        let mut other = CloudPager::new(&std::env::temp_dir()).unwrap();
+        let map = walk(400, 2_000_000, |map, _| other.page_out(map, || 2_000_000).unwrap());
+        assert!(map.page_file().is_some_and(|file| !Arc::ptr_eq(file, other.file())));
+        assert_eq!(Arc::strong_count(other.file()), 1, "no block is in it");
     }
 
     #[test]

@@ -73,6 +73,8 @@ impl CloudLoader {
     ///
     /// Those of writing, on a full disk, for example.
     pub fn page_out(&mut self, pager: &mut CloudPager, budget: usize) -> std::io::Result<()> {
+        // Other maps may have put pages into it already.
+        pager.file_of(&mut self.map);
         if self.in_memory < self.next_look {
             return Ok(());
         }

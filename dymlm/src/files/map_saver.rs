@@ -89,8 +89,8 @@ impl MapSaver {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] and [`Error::Content`] when a file cannot be written. What was saved before is still
-    /// there.
+    /// [`Error::Io`] and [`Error::Content`] when a file cannot be written, or when parts of the maps that had
+    /// no room in memory cannot be read back. What was saved before is still there.
     pub fn save(&mut self, map: &MultiLevelMap) -> Result<(), Error> {
         self.save_with(map, |_| Ok(()))
     }
@@ -128,11 +128,19 @@ impl MapSaver {
                 },
             );
             state.and(files)?;
+            check_whole(map)?;
             write(folder)
         })?;
         (*saved, *planes) = (Some(SavedState::of(map)), written);
         Ok(())
     }
+}
+
+/// Refuses maps of which blocks could not be read back from their page file: what was saved before has them.
+fn check_whole(map: &MultiLevelMap) -> Result<(), Error> {
+    let failure = map.cloud.page_file().and_then(|file| file.failure());
+    let path = map.config.memory.path.clone().unwrap_or_else(std::env::temp_dir);
+    failure.map_or(Ok(()), |source| Err(Error::Io { path, source }))
 }
 
 /// What is in maps, counted when it is written, which is last: counting needs the static cloud, which is worked out
