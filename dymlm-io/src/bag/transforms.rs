@@ -106,7 +106,12 @@ impl TransformTree {
         is_fixed: bool,
         recorded: Option<f64>,
     ) -> Result<(), String> {
-        given.iter().fold(Ok(()), |so_far, transform| so_far.and(self.add(transform, is_fixed, recorded)))
+        let mut first = Ok(());
+        for transform in given {
+            let added = self.add(transform, is_fixed, recorded);
+            first = first.and(added);
+        }
+        first
     }
 
     /// Adds a transform. A fixed one (`is_fixed`) holds at all times, and a later one replaces it. A moving

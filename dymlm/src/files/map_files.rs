@@ -93,7 +93,7 @@ impl MultiLevelMap {
 
     fn read_whole(folder: &Path, history: Option<HistoryConfig>) -> Result<Self, Error> {
         let open = || Ok(MapFolder::open(folder)?);
-        MapFolder::read_unreplaced(open, |folder| Self::read_whole_state(folder, history.clone()))
+        MapFolder::read_unreplaced(open, move |folder| Self::read_whole_state(folder, history.clone()))
     }
 
     /// The maps of a folder, when none is missing.

@@ -287,8 +287,7 @@ mod tests {
 
     #[test]
     fn a_head_from_which_no_mapping_can_go_on_is_refused() {
-        let mut config = MapConfig::default();
-        config.history = HistoryConfig::Memory;
+        let config = MapConfig { history: HistoryConfig::Memory, ..MapConfig::default() };
         let builder = MapBuilder::new(config).unwrap();
         let with = |change: fn(&mut Head)| {
             let mut head = builder.map().head().unwrap();
