@@ -1,5 +1,6 @@
 //! Random sessions for tests, in which anything happens.
 
+use std::collections::VecDeque;
 use std::sync::LazyLock;
 
 use dymlm_core::{FrameId, ObjectId, PinholeCamera, Point, Pose};
@@ -15,7 +16,7 @@ use crate::common::{ids, poses};
 #[cfg(feature = "io")]
 use crate::files::MapSaver;
 use crate::session_log::BodyMotion;
-use crate::{Detections, MapBuilder, MapConfig, MultiLevelMap};
+use crate::{Detections, Error, MapBuilder, MapConfig, MultiLevelMap};
 
 /// Frames of the longest session.
 pub(crate) const FRAMES: usize = 14;
@@ -31,14 +32,30 @@ pub(crate) static WALK: LazyLock<Vec<SimulatedFrame>> = LazyLock::new(|| {
 /// Something that happens in a session.
 #[derive(Debug, Clone)]
 pub(crate) enum Step {
-    Frame { is_detector_run: bool },
+    Frame {
+        is_detector_run: bool,
+    },
+    /// A frame whose detector still runs.
+    AwaitingFrame,
+    /// The detections of the frame that has awaited them for longest.
+    Detections,
     Scan,
     Settle,
-    Forget { radius: f64 },
-    Hold { which: usize, is_held: bool },
-    PutDown { which: usize, by: f64 },
+    Forget {
+        radius: f64,
+    },
+    Hold {
+        which: usize,
+        is_held: bool,
+    },
+    PutDown {
+        which: usize,
+        by: f64,
+    },
     Correct(Correction),
-    Remove { which: usize },
+    Remove {
+        which: usize,
+    },
     BeginSession,
 }
 
@@ -68,6 +85,8 @@ fn step() -> impl Strategy<Value = Step> {
     let which = 0..20_usize;
     prop_oneof![
         10 => any::<bool>().prop_map(|is_detector_run| Step::Frame { is_detector_run }),
+        2 => Just(Step::AwaitingFrame),
+        2 => Just(Step::Detections),
         2 => Just(Step::Scan),
         1 => Just(Step::Settle),
         1 => (1.0..4.0).prop_map(|radius| Step::Forget { radius }),
@@ -101,6 +120,8 @@ pub(crate) struct Session {
     further: f64,
     known: MultiLevelMap,
     copy: MapCopy,
+    /// Frames whose detections have not come, the oldest first.
+    awaiting: VecDeque<(FrameId, &'static SimulatedFrame)>,
     /// Saves the maps after each step, if there is one: then a further session begins with the maps of the
     /// file.
     #[cfg(feature = "io")]
@@ -123,6 +144,7 @@ impl Session {
             further: time.fract(),
             known: builder.map().clone(),
             copy: MapCopy::default(),
+            awaiting: VecDeque::new(),
             #[cfg(feature = "io")]
             saver: None,
             builder,
@@ -175,14 +197,24 @@ impl Session {
     pub(crate) fn take(&mut self, step: &Step) {
         match *step {
             Step::Frame { is_detector_run } => {
-                if let Some(simulated) = self.next_frame() {
-                    let SimulatedFrame { frame, detections, world_from_camera, .. } = simulated;
-                    let found =
-                        if is_detector_run { Detections::Found(detections) } else { Detections::NotRun };
-                    let mut frame = frame.clone();
-                    frame.set_timestamp(self.time(simulated)).unwrap();
-                    let report = self.builder.insert(&frame, found, world_from_camera).unwrap();
-                    assert_eq!(report.timestamp, frame.timestamp());
+                if let Some(frame) = self.next_frame() {
+                    let found = Detections::Found(&frame.detections);
+                    self.insert(frame, if is_detector_run { found } else { Detections::NotRun });
+                }
+            }
+            Step::AwaitingFrame => {
+                if let Some(frame) = self.next_frame() {
+                    let id = self.insert(frame, Detections::Pending);
+                    self.awaiting.push_back((id, frame));
+                }
+            }
+            Step::Detections => {
+                if let Some((id, frame)) = self.awaiting.pop_front() {
+                    // Removed meanwhile, or given up and not mapped.
+                    match self.builder.detections_for(id, &frame.detections) {
+                        Ok(_) | Err(Error::NotPending { .. }) => (),
+                        Err(error) => panic!("{error}"),
+                    }
                 }
             }
             Step::Scan => {
@@ -215,12 +247,21 @@ impl Session {
                 }
             }
             Step::BeginSession => {
+                self.builder.process_waiting().unwrap();
                 #[cfg(feature = "io")]
                 self.load_saved();
                 self.builder.begin_session().unwrap();
                 self.set_clock(self.further);
             }
         }
+    }
+
+    fn insert(&mut self, simulated: &SimulatedFrame, found: Detections<'_>) -> FrameId {
+        let mut frame = simulated.frame.clone();
+        frame.set_timestamp(self.time(simulated)).unwrap();
+        let report = self.builder.insert(&frame, found, &simulated.world_from_camera).unwrap();
+        assert_eq!(report.timestamp, frame.timestamp());
+        report.id
     }
 
     /// The next frame of the walk: they come in the order of their time, each once.
