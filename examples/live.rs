@@ -39,10 +39,14 @@ fn main() -> Result<(), AnyError> {
     let is_over = AtomicBool::new(false);
 
     thread::scope(|scope| -> Result<(), AnyError> {
-        scope.spawn(|| camera(&sequence, &send));
+        let sequence = &sequence;
+        // With its own end of the channel, so that the mapper is told when it has stopped, for whatever reason.
+        scope.spawn(move || camera(sequence, &send));
         let planner = scope.spawn(|| planner(&reader, &is_over));
         // The mapper runs on this thread. It ends when the camera does.
         let mapped = mapper(&mut builder, &receive);
+        // After an error, the camera would wait for ever for somebody to take its frames.
+        drop(receive);
         is_over.store(true, Ordering::Relaxed);
         let asked = planner.join().map_err(|_| "the planner panicked")?;
         mapped?;

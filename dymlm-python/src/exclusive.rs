@@ -16,6 +16,25 @@ pub(crate) struct Exclusive<T> {
     holder: Mutex<Option<ThreadId>>,
 }
 
+/// Notes that a thread works with a value no more, also when its work has panicked.
+struct Released<'a, T>(&'a Exclusive<T>);
+
+impl<T> Drop for Released<'_, T> {
+    fn drop(&mut self) {
+        self.0.set_holder(None);
+    }
+}
+
+impl<T> Exclusive<T> {
+    fn holder(&self) -> Option<ThreadId> {
+        *self.holder.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn set_holder(&self, thread: Option<ThreadId>) {
+        *self.holder.lock().unwrap_or_else(PoisonError::into_inner) = thread;
+    }
+}
+
 impl<T: Send> Exclusive<T> {
     pub(crate) fn new(value: T) -> Self {
         Self { value: Mutex::new(value), holder: Mutex::new(None) }
@@ -34,17 +53,8 @@ impl<T: Send> Exclusive<T> {
         py.detach(|| {
             let mut value = self.value.lock().map_err(|_| refused("an earlier call panicked: start anew"))?;
             self.set_holder(Some(this));
-            let result = work(&mut value);
-            self.set_holder(None);
-            Ok(result)
+            let _released = Released(self);
+            Ok(work(&mut value))
         })
-    }
-
-    fn holder(&self) -> Option<ThreadId> {
-        *self.holder.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn set_holder(&self, thread: Option<ThreadId>) {
-        *self.holder.lock().unwrap_or_else(PoisonError::into_inner) = thread;
     }
 }

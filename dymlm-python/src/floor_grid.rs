@@ -30,8 +30,8 @@ impl PyFloorGrid {
 
     /// Ids of the planes that form the floor; the plane from which the search started comes first.
     #[getter]
-    fn planes(&self) -> Vec<u64> {
-        self.floor().planes().iter().map(|plane| plane.get()).collect()
+    fn planes(&self, py: Python<'_>) -> Vec<u64> {
+        py.detach(|| self.floor().planes().iter().map(|plane| plane.get()).collect())
     }
 
     /// Height of the floor at points (n, 2) in the grid's axes: (n,) float64, metres along up from the

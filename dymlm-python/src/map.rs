@@ -237,7 +237,11 @@ impl PyMap {
             let _alone = self.merging.lock().unwrap_or_else(PoisonError::into_inner);
             let mut map = (*self.maps()).clone();
             let report = map.merge(&other.maps(), &world_from_other)?;
-            *self.map.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(map);
+            let mut current = self.map.write().unwrap_or_else(PoisonError::into_inner);
+            let before = std::mem::replace(&mut *current, Arc::new(map));
+            // Whoever asks for the maps need not wait until the old ones are freed.
+            drop(current);
+            drop(before);
             Ok::<_, dymlm::Error>(report)
         };
         Ok(PyMergeReport::of(&py.detach(merge).or_raise()?))
@@ -266,8 +270,10 @@ impl PyMap {
         self.maps().sessions().into_iter().map(session).collect()
     }
 
-    fn __repr__(&self) -> String {
+    fn __repr__(&self, py: Python<'_>) -> String {
         let map = self.maps();
+        // Counting points judges what has changed.
+        py.detach(|| map.cloud().len());
         format!(
             "<dymlm.Map, revision {}: {} points, {} planes, {} objects>",
             map.revision().get(),

@@ -282,6 +282,7 @@ pub(crate) struct PyObjectScore {
 /// Scores objects of a map, a list of MapObject, against the true ones, a list of TrueObject.
 #[pyfunction]
 pub(crate) fn score_objects(
+    py: Python<'_>,
     objects: Vec<Bound<'_, PyMapObject>>,
     truth: Vec<Bound<'_, PyTrueObject>>,
 ) -> PyResult<PyObjectScore> {
@@ -296,7 +297,8 @@ pub(crate) fn score_objects(
     });
     let estimated: PyResult<Vec<_>> = estimated.collect();
     let truth: Vec<_> = truth.iter().map(|object| object.get().0.clone()).collect();
-    let score = object_score(&estimated?, &truth);
+    let estimated = estimated?;
+    let score = py.detach(|| object_score(&estimated, &truth));
     Ok(PyObjectScore {
         recall: score.recall(),
         precision: score.precision(),

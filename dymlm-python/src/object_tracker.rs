@@ -1,7 +1,5 @@
 //! Objects of the map that somebody carries.
 
-use std::sync::{Mutex, PoisonError};
-
 use dymlm::ObjectMove;
 use dymlm::core::{Detection, ObjectId};
 use dymlm::tracking::{ObjectState, ObjectTracker, ObjectUpdate};
@@ -19,9 +17,8 @@ use crate::pose::PyPose;
 #[derive(Debug)]
 pub(crate) struct PyObjectTracker {
     pub(crate) object: ObjectId,
-    tracker: Exclusive<ObjectTracker>,
-    /// The result of the last frame.
-    last: Mutex<Option<ObjectUpdate>>,
+    /// With its result of the last frame: both are always of the same frame.
+    tracker: Exclusive<(ObjectTracker, Option<ObjectUpdate>)>,
 }
 
 #[pymethods]
@@ -39,25 +36,25 @@ impl PyObjectTracker {
             DetectionsArgument::Found(found) => found,
             _ => &[],
         };
-        let track =
-            |tracker: &mut ObjectTracker| tracker.track(&frame.frame, found, &frame.world_from_camera);
-        let update = self.tracker.with(py, track)?.or_raise()?;
-        let told = PyObjectUpdate::of(&update);
-        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some(update);
-        Ok(told)
+        let track = |(tracker, last): &mut (ObjectTracker, Option<ObjectUpdate>)| {
+            let update = tracker.track(&frame.frame, found, &frame.world_from_camera)?;
+            let told = PyObjectUpdate::of(&update);
+            *last = Some(update);
+            Ok::<_, dymlm::tracking::Error>(told)
+        };
+        self.tracker.with(py, track)?.or_raise()
     }
 }
 
 impl PyObjectTracker {
     pub(crate) fn of(object: ObjectId, tracker: ObjectTracker) -> Self {
-        Self { object, tracker: Exclusive::new(tracker), last: Mutex::default() }
+        Self { object, tracker: Exclusive::new((tracker, None)) }
     }
 
     /// The tracker and its result of the last frame.
     pub(crate) fn last_found(&self, py: Python<'_>) -> PyResult<(ObjectTracker, ObjectUpdate)> {
-        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let last = last.ok_or_else(|| refused("the tracker has tracked no frame"))?;
-        Ok((self.tracker.with(py, |tracker| tracker.clone())?, last))
+        let (tracker, last) = self.tracker.with(py, |found| found.clone())?;
+        Ok((tracker, last.ok_or_else(|| refused("the tracker has tracked no frame"))?))
     }
 }
 

@@ -30,21 +30,21 @@ impl PyOccupancyGrid {
 
     /// Side of a cell, metres.
     #[getter]
-    fn resolution(&self) -> f64 {
-        self.grid().resolution()
+    fn resolution(&self, py: Python<'_>) -> f64 {
+        py.detach(|| self.grid().resolution())
     }
 
     /// The lower left corner of cell [0, 0] in the grid's axes (2,), metres.
     #[getter]
     fn origin<'py>(&self, py: Python<'py>) -> Array1<'py, f64> {
-        let origin = self.grid().origin();
+        let origin = py.detach(|| self.grid().origin());
         to_vector(py, origin)
     }
 
     /// Pose of the grid's axes in the world.
     #[getter]
-    fn world_from_grid(&self) -> PyPose {
-        PyPose(self.grid().world_from_grid())
+    fn world_from_grid(&self, py: Python<'_>) -> PyPose {
+        PyPose(py.detach(|| self.grid().world_from_grid()))
     }
 
     /// The same grid inflated: cells whose centre is within `radius` metres of an occupied cell's centre are

@@ -89,6 +89,20 @@ impl SpaceTruth for EitherTruth<'_> {
         }
     }
 
+    fn was_looked_through(&self, point: Point) -> bool {
+        match self {
+            Self::Sequence(truth) => truth.was_looked_through(point),
+            Self::Points(truth) => truth.was_looked_through(point),
+        }
+    }
+
+    fn on_thin_things(&self, point: Point) -> bool {
+        match self {
+            Self::Sequence(truth) => truth.on_thin_things(point),
+            Self::Points(truth) => truth.on_thin_things(point),
+        }
+    }
+
     fn near_people(&self, point: Point) -> bool {
         match self {
             Self::Sequence(truth) => truth.near_people(point),

@@ -207,6 +207,13 @@ fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder
         } else {
             (MapSaver::create(&arguments.out)?, MultiLevelMap::load(folder)?)
         };
+        if is_corrected && map.config().history == HistoryConfig::None {
+            return Err(format!(
+                "{}: the maps have no history, so their poses cannot be corrected",
+                folder.display()
+            )
+            .into());
+        }
         return Ok((MapBuilder::resume(map)?, saver));
     }
     let mut config = read_config(arguments)?;

@@ -251,7 +251,7 @@ fn widened(own: &BoundingBox, x: f32, y: f32) -> BoundingBox {
     BoundingBox::try_from(sides).unwrap_or(*own)
 }
 
-/// Mean of the static readings around a pixel that can be of its surface: it has their noise divided by three
+/// Mean of the readings around a pixel that the masks leave and that can be of its surface: it has their noise divided by three
 /// or more, and no bias on slopes, since pixels are averaged with depths.
 fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
     let camera = view.camera;
@@ -266,7 +266,8 @@ fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
         let depths = view.depth.row(row);
         for column in around(u, width) {
             let other = depths[column];
-            if (other - z).abs() <= reach && view.is_static(column, row) {
+            let is_asked = view.is_static(column, row) && view.is_instance(column, row);
+            if (other - z).abs() <= reach && is_asked {
                 sum_u += column as f32;
                 sum_v += row as f32;
                 sum_z += other;
@@ -289,6 +290,19 @@ fn centrality(at: f32, [low, high]: [f32; 2], image_size: usize) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_an_instance_mask_leaves_out_is_in_no_mean() {
+        let camera = PinholeCamera::new(20, 8, 20.0, 20.0, 9.5, 3.5).unwrap();
+        // A thing on the left, and a wall close behind it.
+        let depths = (0..160).map(|pixel| if pixel % 20 < 10 { 1.0 } else { 1.002 }).collect();
+        let frame = Frame::new(0.0, camera, DepthImage::new(20, 8, depths).unwrap(), None).unwrap();
+        let mask = Mask::new(20, 8, (0..160).map(|pixel| pixel % 20 < 10).collect()).unwrap();
+        let (sensor, whole) = (SensorModel::kinect(), BoundingBox::new(0.0, 0.0, 20.0, 8.0).unwrap());
+        let view = BoxView::new(&frame, &sensor, whole);
+        assert!(smoothed(&view, [9, 4], 1)[2] > 1.0);
+        assert_eq!(smoothed(&view.with_instance_mask(Some(&mask)), [9, 4], 1)[2], 1.0);
+    }
 
     #[test]
     fn a_box_is_level_towards_the_side_that_the_image_cuts() {

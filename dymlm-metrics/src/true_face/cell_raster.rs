@@ -40,7 +40,8 @@ impl CellRaster {
             }
         }
         let extents = [high[0] - low[0], high[1] - low[1]];
-        if !extents.iter().all(|&extent| extent > 0.0 && extent.is_finite()) {
+        // A cell that is no number is not greater than 0 either.
+        if !(cell > 0.0 && extents.iter().all(|&extent| extent > 0.0 && extent.is_finite())) {
             return None;
         }
         let counts = extents.map(|extent| (extent / cell).round().clamp(1.0, MOST_CELLS.into()));

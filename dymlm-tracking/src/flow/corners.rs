@@ -122,7 +122,11 @@ impl CornerDetector {
 
     fn measure_gradients(&mut self, image: &GrayImage, Region { first, size }: Region) {
         let count = size[0] * size[1];
-        self.products.iter_mut().for_each(|plane| plane.resize(count, 0.0));
+        for plane in &mut self.products {
+            // Columns at the image's border have no gradient, not that of the image before.
+            plane.clear();
+            plane.resize(count, 0.0);
+        }
         let [uu, uv, vv] = &mut self.products;
         let targets =
             uu.chunks_exact_mut(size[0]).zip(uv.chunks_exact_mut(size[0])).zip(vv.chunks_exact_mut(size[0]));

@@ -1,4 +1,4 @@
-use dymlm_core::{BoundingBox, Detection, Pose};
+use dymlm_core::{BoundingBox, Detection, PinholeCamera, Pose};
 
 use super::model::ObjectModel;
 use super::scene::Scene;
@@ -45,18 +45,26 @@ impl Wanted<'_> {
     fn place(&self, scene: Scene<'_>, region: BoundingBox) -> Option<Place> {
         let camera = scene.camera;
         let region = region.clipped(camera.width(), camera.height())?;
-        let expected = self.model.bounds_in_image(camera, &self.camera_from_object)?;
         let [width, height] = [region.width(), region.height()].map(|side| 0.25 * side);
         let [u, v] = region.center();
         let middle = BoundingBox::new(u - width, v - height, u + width, v + height).ok()?;
-        let last = self.camera_from_object.translation()[2];
         let depth = match median_depth(scene, middle) {
             // The origin is assumed to lie a quarter of the object's longest side behind its surface.
             Some(surface) => surface + 0.5 * self.model.reach(),
-            None => last * f64::from((expected.area() / region.area().max(1.0)).sqrt()),
+            None => self.depth_by_size(camera, region)?,
         };
         let center = [u - 0.5, v - 0.5];
         (depth.is_finite() && depth > 0.0).then_some(Place { center, depth })
+    }
+}
+
+impl Wanted<'_> {
+    /// The depth at which the object would fill a box as large as this one; `None` as long as the last pose,
+    /// from which its size in the image is known, is behind the camera.
+    fn depth_by_size(&self, camera: &PinholeCamera, region: BoundingBox) -> Option<f64> {
+        let expected = self.model.bounds_in_image(camera, &self.camera_from_object)?;
+        let last = self.camera_from_object.translation()[2];
+        Some(last * f64::from((expected.area() / region.area().max(1.0)).sqrt()))
     }
 }
 
@@ -75,4 +83,32 @@ fn median_depth(scene: Scene<'_>, region: BoundingBox) -> Option<f64> {
     let middle = readings.len() / 2;
     let (_, &mut median, _) = readings.select_nth_unstable_by(middle, f32::total_cmp);
     Some(median.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{DepthImage, SensorModel};
+
+    use super::*;
+    use crate::{GrayImage, ImagePyramid};
+
+    #[test]
+    fn a_detected_box_is_a_place_though_the_last_pose_is_behind_the_camera() {
+        let camera = PinholeCamera::new(64, 48, 60.0, 60.0, 31.5, 23.5).unwrap();
+        let pyramid = ImagePyramid::new(&GrayImage::new(64, 48, vec![0.5; 64 * 48]).unwrap(), 0);
+        let [depth, unread] = [1.5, 0.0].map(|z| DepthImage::new(64, 48, vec![z; 64 * 48]).unwrap());
+        let (model, sensor) = (ObjectModel::cuboid([0.2, 0.1, 0.1]).unwrap(), SensorModel::kinect());
+        let places = |depth: &DepthImage, z: f64| {
+            let camera_from_object = Pose::new([0.0, 0.0, z], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            let wanted = Wanted { model: &model, label: Some("book"), camera_from_object };
+            let found = Detection::new("book", 0.9, BoundingBox::new(20.0, 10.0, 40.0, 30.0).unwrap());
+            let scene = Scene { camera: &camera, pyramid: &pyramid, depth, sensor: &sensor };
+            wanted.places(scene, &[found.unwrap()], &[])
+        };
+        let expected = Place { center: [29.5, 19.5], depth: 1.5 + 0.5 * model.reach() };
+        assert_eq!(places(&depth, 2.0), [expected]);
+        assert_eq!(places(&depth, -2.0), [expected]);
+        // Without readings only the size in the image tells how far away it is.
+        assert_eq!([places(&unread, 2.0).len(), places(&unread, -2.0).len()], [1, 0]);
+    }
 }

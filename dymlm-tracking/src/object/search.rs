@@ -1,4 +1,4 @@
-use dymlm_core::vector3::{cross, norm, unit};
+use dymlm_core::vector3::{cross, dot, norm, unit};
 use dymlm_core::{BoundingBox, Detection, PinholeCamera, Pose};
 
 use super::fit::Fit;
@@ -101,10 +101,32 @@ fn pose_near(scene: Scene<'_>, views: &mut ViewStore, fitter: &mut PoseFitter, s
 pub(super) fn placed(camera: &PinholeCamera, pose: &Pose, place: Place) -> Option<Pose> {
     let origin = camera.back_project(place.center.map(f64::from), place.depth);
     // The smallest rotation from the old ray to the new one.
-    let axis = cross(unit(pose.translation())?, unit(origin)?);
+    let [old, new] = [unit(pose.translation())?, unit(origin)?];
+    let axis = cross(old, new);
     let turn = unit(axis).map_or_else(Pose::identity, |direction| {
-        let angle = norm(axis).clamp(0.0, 1.0).asin();
+        let angle = norm(axis).atan2(dot(old, new));
         rotation_about(direction.map(|x| x * angle))
     });
     Pose::new(origin, (turn * *pose).quaternion()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::vector3::difference;
+
+    use super::*;
+
+    #[test]
+    fn an_object_is_turned_with_the_ray_also_from_behind_the_camera() {
+        let camera = PinholeCamera::new(64, 48, 60.0, 60.0, 31.5, 23.5).unwrap();
+        let place = Place { center: [40.0, 20.0], depth: 1.5 };
+        for old in [[0.3, 0.1, 1.0], [0.4, -0.1, -0.2], [0.5, 0.0, -2.0]] {
+            let pose = Pose::new(old, [0.0, 0.0, 0.6, 0.8]).unwrap();
+            let new = placed(&camera, &pose, place).unwrap();
+            // The side that was seen is seen: the direction to the camera is the same in the object's frame.
+            let [before, after] =
+                [pose, new].map(|pose| unit(pose.inverse().rotate(pose.translation())).unwrap());
+            assert!(norm(difference(before, after)) < 1e-9, "{old:?}: {before:?} {after:?}");
+        }
+    }
 }

@@ -157,6 +157,16 @@ fn a_square_has_four_corners() {
 }
 
 #[test]
+fn corners_of_an_image_before_are_not_found_again() {
+    let mut detector = CornerDetector::new(&CornerConfig::default()).unwrap();
+    assert!(!detector.detect(&image([0.0; 2], 0.0, 1.0, 1.0), whole(), None).is_empty());
+    // Of another width, so that its border is elsewhere in the detector's buffers.
+    let flat = GrayImage::new(WIDTH, HEIGHT, vec![0.5; WIDTH * HEIGHT]).unwrap();
+    let narrow = BoundingBox::new(0.0, 0.0, 60.0, HEIGHT as f32).unwrap();
+    assert_eq!(detector.detect(&flat, narrow, None), []);
+}
+
+#[test]
 fn corners_keep_to_region_mask_and_distance() {
     let image = image([0.0; 2], 0.0, 1.0, 1.0);
     let mut config = CornerConfig::default();
