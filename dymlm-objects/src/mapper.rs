@@ -272,7 +272,11 @@ impl ObjectMapper {
 
     /// Marks an object as no longer carried. Returns whether it was held before.
     pub fn release(&mut self, object: ObjectId) -> bool {
-        self.map.object(object).is_some_and(|object| self.held.remove(&object.birth))
+        let birth = self.map.object(object).map(|object| object.birth);
+        let released = birth.filter(|birth| self.held.remove(birth));
+        // What was put in its place meanwhile may be the same thing.
+        self.changed.extend(released);
+        released.is_some()
     }
 
     /// The objects that are held.
@@ -540,9 +544,6 @@ impl ObjectMapper {
             let kept = Arc::make_mut(kept);
             self.map.absorbed_by.insert(removed.id, kept.id);
             kept.merge(&removed, &self.limits);
-            if self.held.remove(&removed.birth) {
-                self.held.insert(kept.birth);
-            }
             self.reparameterizer.update(
                 kept,
                 self.vertical.direction(),
@@ -556,15 +557,17 @@ impl ObjectMapper {
         }
     }
 
-    /// The first pair of duplicates among the changed objects and those near them: the one that stays, then
-    /// the one that goes, which has fewer observations or, if equal, is the younger. `None` when there is no
-    /// pair.
+    /// The first pair of duplicates among the changed objects and those near them, carried ones apart: the one
+    /// that stays, then the one that goes, which has fewer observations or, if equal, is the younger. `None`
+    /// when there is no pair.
     fn find_duplicates(&mut self) -> Option<[Birth; 2]> {
         let confirm = self.config.update.min_observations;
         while let Some(&birth) = self.changed.first() {
-            if let Some(own) = self.map.born(birth) {
+            let is_carried = |birth: &Birth| self.held.contains(birth);
+            if let Some(own) = self.map.born(birth).filter(|_| !is_carried(&birth)) {
                 self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
-                let mut others = self.near.iter().filter_map(|&other| self.map.born(other));
+                let others = self.near.iter().filter(|other| !is_carried(other));
+                let mut others = others.filter_map(|&other| self.map.born(other));
                 if let Some(other) =
                     others.find(|other| other.birth != birth && are_duplicates(own, other, confirm))
                 {

@@ -433,6 +433,35 @@ fn any_number_of_objects_is_carried_at_once() {
     assert!(mapper.map().object(id(1)).is_none() && mapper.map().object(id(2)).is_some());
 }
 
+/// What is put down where a carried thing stood is another thing, unless that thing is back.
+#[test]
+fn what_is_carried_is_one_with_nothing_that_stands_in_its_old_place() {
+    let cup = |x: f64| upright([x, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]);
+    let (scene, mut mapper) = (Scene::new([-0.2, 0.0, 0.2].map(cup).to_vec()), mapper());
+    let cups = [(0, "cup"), (1, "cup"), (2, "cup")];
+    for step in 0..3 {
+        show(&mut mapper, &scene, step, &cups);
+    }
+    let ids: Vec<ObjectId> = in_order(&mapper).map(MapObject::id).collect();
+    let known = |mapper: &ObjectMapper| {
+        let object = mapper.map().object(ids[0]).unwrap();
+        (object.id(), object.oriented_box(), object.observations(), object.point_count())
+    };
+    let before = known(&mapper);
+    mapper.hold(ids[0]);
+    mapper.move_object(ids[1], &Pose::new([-0.19, 0.01, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+    for step in 3..6 {
+        assert!(show(&mut mapper, &scene, step, &cups[2..]).merged.is_empty());
+        assert_eq!(known(&mapper), before);
+    }
+    mapper.release(ids[0]);
+    let merged = show(&mut mapper, &scene, 6, &cups[2..]).merged;
+    assert_eq!(
+        merged.iter().map(|merge| (merge.kept, merge.removed)).collect::<Vec<_>>(),
+        [(ids[0], ids[1])]
+    );
+}
+
 #[test]
 fn the_mapper_goes_between_threads() {
     fn assert_send_sync<T: Send + Sync>() {}
