@@ -1,6 +1,6 @@
 use dymlm_core::ConfigError;
 
-use crate::{AssociationConfig, ParameterizationConfig, ShapeTable, SizePriors, UpdateConfig};
+use crate::{AssociationConfig, ParameterizationConfig, ShapeTable, SizePrior, SizePriors, UpdateConfig};
 
 /// Settings of an [`ObjectMapper`](crate::ObjectMapper), one part for each step. Validated once, in
 /// [`ObjectMapper::new`](crate::ObjectMapper::new).
@@ -38,6 +38,7 @@ impl ObjectConfig {
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.parameterization.validate()?;
         self.association.validate()?;
-        self.update.validate()
+        self.update.validate()?;
+        self.sizes.iter().try_for_each(SizePrior::validate)
     }
 }

@@ -1,3 +1,5 @@
+use dymlm_core::{ConfigError, check_range};
+
 use super::coco_sizes::COCO_SIZES;
 
 /// The range of one dimension of a kind of thing, metres.
@@ -12,6 +14,15 @@ pub struct SizeRange {
     pub typical: f64,
     /// Greatest plausible length.
     pub max: f64,
+}
+
+impl SizeRange {
+    /// Checks that the lengths are positive and in order.
+    fn validate(&self, field: &'static str) -> Result<(), ConfigError> {
+        check_range(field, self.typical, f64::MIN_POSITIVE..=f64::MAX)?;
+        check_range(field, self.min, f64::MIN_POSITIVE..=self.typical)?;
+        check_range(field, self.max, self.typical..=f64::MAX)
+    }
 }
 
 impl From<[f64; 3]> for SizeRange {
@@ -70,6 +81,15 @@ impl SizePrior {
         footprint: Footprint,
     ) -> Self {
         Self { label: label.into(), length, width, height, footprint }
+    }
+
+    /// Checks that the dimensions are ranges, and that no thing must be wider than it is long.
+    pub(crate) fn validate(&self) -> Result<(), ConfigError> {
+        let width = "objects.sizes.width";
+        self.length.validate("objects.sizes.length")?;
+        self.width.validate(width)?;
+        self.height.validate("objects.sizes.height")?;
+        check_range(width, self.width.min, f64::MIN_POSITIVE..=self.length.max)
     }
 
     /// Whether a thing of these dimensions (metres) may be of this kind. An upright thing's dimensions are
@@ -198,12 +218,7 @@ mod tests {
         let priors = SizePriors::default();
         assert!(priors.iter().count() > 60);
         for prior in priors.iter() {
-            for range in [prior.length, prior.width, prior.height] {
-                assert!(
-                    0.0 < range.min && range.min <= range.typical && range.typical <= range.max,
-                    "{prior:?}"
-                );
-            }
+            assert_eq!(prior.validate(), Ok(()), "{prior:?}");
             assert!(prior.length.typical >= prior.width.typical, "{prior:?}");
             let typical = [prior.width.typical, prior.length.typical, prior.height.typical];
             assert!(prior.admits(typical, UprightPose::Upright, 1.0), "{prior:?}");

@@ -1,6 +1,6 @@
 //! Configs: what is refused, and what a file may hold.
 use dymlm_core::SensorModel;
-use dymlm_objects::{Error, ObjectConfig, ObjectMapper};
+use dymlm_objects::{Error, Footprint, ObjectConfig, ObjectMapper, SizePrior};
 
 #[test]
 fn each_part_names_its_field() {
@@ -21,10 +21,46 @@ fn each_part_names_its_field() {
     assert_eq!(refused(|config| config.update.isolation_forest.trees = 0), "isolation_forest.trees");
 }
 
+/// Of a thing so described no size would be the usual one.
+#[test]
+fn sizes_that_are_no_ranges_are_refused() {
+    let usual = [0.3, 0.4, 0.5];
+    let refused = |sizes: [[f64; 3]; 3]| {
+        let [length, width, height] = sizes.map(Into::into);
+        let mut config = ObjectConfig::default();
+        config.sizes.insert(SizePrior::new("robot", length, width, height, Footprint::Even));
+        match ObjectMapper::new(config, SensorModel::kinect()) {
+            Err(Error::Config(error)) => Some(error.field),
+            _ => None,
+        }
+    };
+    assert_eq!(refused([usual; 3]), None);
+    assert_eq!(refused([[0.4; 3]; 3]), None);
+    let no_ranges = [
+        [0.5, 0.4, 0.3],
+        [0.3, 0.6, 0.5],
+        [0.3, 0.2, 0.5],
+        [0.0, 0.4, 0.5],
+        [-0.3, 0.4, 0.5],
+        [f64::NAN, 0.4, 0.5],
+        [0.3, f64::NAN, 0.5],
+        [0.3, 0.4, f64::NAN],
+        [0.3, 0.4, f64::INFINITY],
+        [f64::INFINITY; 3],
+    ];
+    for range in no_ranges {
+        assert_eq!(refused([range, usual, usual]), Some("objects.sizes.length"), "{range:?}");
+        assert_eq!(refused([usual, range, usual]), Some("objects.sizes.width"), "{range:?}");
+        assert_eq!(refused([usual, usual, range]), Some("objects.sizes.height"), "{range:?}");
+    }
+    // The shorter side is nowhere as short as the longer one.
+    assert_eq!(refused([usual, [0.6, 0.7, 0.8], usual]), Some("objects.sizes.width"));
+}
+
 #[cfg(feature = "serde")]
 #[test]
 fn a_config_survives_a_file() {
-    use dymlm_objects::{CentroidTest, Footprint, ShapeKind, SizePrior};
+    use dymlm_objects::{CentroidTest, ShapeKind};
 
     let mut config = ObjectConfig::default();
     config.association.centroid_test = CentroidTest::OneSampleT;
