@@ -41,9 +41,11 @@ impl ObjectMap {
     }
 
     /// The objects that a ray meets, nearest first (the oldest among equals); each object is a box or an
-    /// ellipsoid according to its shape. A direction of zero length meets nothing.
+    /// ellipsoid according to its shape. Nothing is met from an origin that is not finite, or in a direction
+    /// of zero length.
     pub fn along_ray(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<RayHit<'_>> {
-        let Some(direction) = unit(direction) else { return Vec::new() };
+        let direction = unit(direction).filter(|_| origin.iter().all(|c| c.is_finite()));
+        let Some(direction) = direction else { return Vec::new() };
         let hit = |object| {
             let distance = distance_along(object, origin, direction)?;
             let point = [0, 1, 2].map(|k| origin[k] + distance * direction[k]);
@@ -85,7 +87,7 @@ fn distance_to_slabs(start: Vector3, along: Vector3, half: Vector3) -> Option<f6
     let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
     for axis in 0..3 {
         if along[axis] == 0.0 {
-            if start[axis].is_nan() || start[axis].abs() > half[axis] {
+            if start[axis].abs() > half[axis] {
                 return None;
             }
             continue;

@@ -268,7 +268,15 @@ fn questions_are_answered_by_what_is_believed() {
     assert_eq!(along, [0, 2]);
     assert_eq!(map.along_ray([-0.35, 0.4, 0.15], [1.0, 0.0, 0.0])[0].distance, 0.0);
     assert!(map.along_ray([0.0; 3], [0.0; 3]).is_empty());
-    assert!(map.along_ray([f64::NAN; 3], [1.0, 0.0, 0.0]).is_empty());
+    for odd in [f64::NAN, f64::INFINITY] {
+        for axis in 0..3 {
+            let mut origin = [-0.35, 0.4, 0.15];
+            origin[axis] = odd;
+            for direction in [[1.0, 0.0, 0.0], [-0.4, 0.5, -0.6]] {
+                assert!(map.along_ray(origin, direction).is_empty(), "from {origin:?}");
+            }
+        }
+    }
     assert!(map.along_ray([2.0, 0.35, 0.02], [1.0, 0.0, 0.0]).is_empty());
 }
 
