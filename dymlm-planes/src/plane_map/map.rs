@@ -192,6 +192,14 @@ impl PlaneMap {
         self.index.near(&region).into_iter().filter_map(|birth| self.planes.get(&birth))
     }
 
+    /// The box (lowest and highest corner, metres) in which a place may hold an inlier or have one a voxel away,
+    /// and a voxel more for rounding. `None` before any plane has come.
+    pub(crate) fn region(&self) -> Option<[[f64; 3]; 2]> {
+        let bounds = self.index.bounds().grown(2);
+        let corner = |voxel: [i32; 3], end: f64| voxel.map(|c| (f64::from(c) + end) * self.config.voxel_size);
+        (!bounds.is_empty()).then(|| [corner(bounds.min, 0.0), corner(bounds.max, 1.0)])
+    }
+
     /// A distance from a point, metres, beyond which there is no inlier.
     pub(crate) fn farthest_from(&self, point: [f64; 3]) -> f64 {
         let bounds = self.index.bounds();

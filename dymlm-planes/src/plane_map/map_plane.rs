@@ -222,8 +222,11 @@ impl MapPlane {
     }
 
     /// The inlier nearest to a point of the plane, if one is within `reach` metres; the first among equally
-    /// near ones. O(its voxels up to about twice that distance).
+    /// near ones. None for a point that is not finite. O(its voxels up to about twice that distance).
     pub fn nearest_inlier(&self, point: [f64; 3], reach: f64) -> Option<[f64; 3]> {
+        if reach.is_nan() || !point.iter().all(|c| c.is_finite()) {
+            return None;
+        }
         let voxel_size = self.shape.voxel_size;
         let mut radius = (8.0 * voxel_size).min(reach);
         loop {
@@ -235,7 +238,6 @@ impl MapPlane {
             match nearest.filter(|(distance, _)| *distance <= radius) {
                 Some((_, inlier)) => return Some(inlier),
                 None if radius >= reach => return None,
-                // A NaN `reach` ends the search too.
                 None => radius = (2.0 * radius).min(reach),
             }
         }

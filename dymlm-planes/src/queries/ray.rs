@@ -22,14 +22,16 @@ pub struct PlaneHit {
 
 impl PlaneMap {
     /// The first confirmed plane that a ray meets within `max_range` metres, from either side. A plane is met
-    /// only where it has inliers, to a voxel. A direction without length meets nothing. O(planes along the
-    /// ray).
+    /// only where it has inliers, to a voxel. A direction without length meets nothing, nor does a ray from an
+    /// origin that is not finite. O(planes along the ray).
     pub fn cast_ray(&self, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
         let direction = unit(direction)?;
         let voxel_size = self.config().voxel_size;
-        let max_range = max_range.min(self.farthest_from(origin));
-        let mut from = 0.0;
-        while from <= max_range {
+        let [enter, leave] = crossing(origin, direction, self.region()?)?;
+        let max_range = max_range.min(leave);
+        let mut from = (enter / STEP).floor() * STEP;
+        // From so far away that a step is rounded off, nothing is met.
+        while from <= max_range && from < from + STEP {
             let to = from + STEP;
             let part = bounds([from, to].map(|distance| along(origin, distance, direction)));
             let near = self.confirmed_near(VoxelBox::around(part, voxel_size).grown(1));
@@ -50,6 +52,27 @@ impl PlaneMap {
     pub fn plane_under(&self, point: [f64; 3], up: [f64; 3], max_distance: f64) -> Option<PlaneHit> {
         self.cast_ray(point, up.map(|x| -x), max_distance)
     }
+}
+
+/// The distances at which a ray enters and leaves a box (lowest and highest corner); `None` when it misses the
+/// box or begins nowhere.
+fn crossing(origin: [f64; 3], direction: [f64; 3], [low, high]: [[f64; 3]; 2]) -> Option<[f64; 2]> {
+    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        if !origin[axis].is_finite() {
+            return None;
+        }
+        let ends = [low, high].map(|end| end[axis] - origin[axis]);
+        if direction[axis] == 0.0 {
+            if ends[0] > 0.0 || ends[1] < 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let [a, b] = ends.map(|end| end / direction[axis]);
+        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+    }
+    (enter <= leave).then_some([enter, leave])
 }
 
 fn hit(plane: &MapPlane, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {

@@ -116,6 +116,48 @@ fn queries_mean_confirmed_planes() {
 }
 
 #[test]
+fn a_ray_from_far_away_meets_what_is_there_and_one_from_nowhere_nothing() {
+    let map = map_of(&[0, 0].map(|k| detect(&room(), room_views()[k], 0)));
+    let (view, up) = (room_views()[0], [0.0, 0.0, 1.0]);
+    let (eye, ahead) = (view.translation(), view.rotate([0.0, 0.0, 1.0]));
+    let hit = map.cast_ray(eye, ahead, f64::INFINITY).unwrap();
+    for away in [1e3, 1e9] {
+        let from = std::array::from_fn(|axis| eye[axis] - away * ahead[axis]);
+        let from_afar = map.cast_ray(from, ahead, f64::INFINITY).unwrap();
+        assert_eq!(from_afar.plane, hit.plane);
+        assert!((from_afar.distance - away - hit.distance).abs() < 1e-4, "from {away} m away");
+        assert_eq!(map.cast_ray(from, ahead, away - 10.0), None);
+        assert_eq!(map.cast_ray(from, ahead.map(|c| -c), f64::INFINITY), None);
+    }
+    for odd in [1e17, 1e300, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+        for axis in 0..3 {
+            let mut from = eye;
+            from[axis] = odd;
+            assert_eq!(map.cast_ray(from, ahead, f64::INFINITY), None, "from {from:?}");
+            assert_eq!(map.plane_under(from, up, f64::INFINITY), None, "under {from:?}");
+        }
+    }
+    assert_eq!(empty_map().cast_ray(eye, ahead, f64::INFINITY), None);
+}
+
+#[test]
+fn no_inlier_is_near_nowhere_or_within_no_number() {
+    let map = map_of(&[0, 0].map(|k| detect(&room(), room_views()[k], 0)));
+    let plane = map.iter().next().unwrap();
+    let (near, far) = (plane.centroid(), [1e3; 3]);
+    for point in [near, far] {
+        assert_eq!(plane.nearest_inlier(point, f64::NAN), None);
+        assert_eq!(plane.nearest_inlier(point, -1.0), None);
+        assert!(plane.nearest_inlier(point, f64::INFINITY).is_some());
+    }
+    for odd in [f64::NAN, f64::INFINITY] {
+        for reach in [1.0, f64::INFINITY] {
+            assert_eq!(plane.nearest_inlier([near[0], odd, near[2]], reach), None);
+        }
+    }
+}
+
+#[test]
 fn a_key_frame_can_be_taken_out_without_a_trace() {
     let frames = detections();
     let mut map = map_of(&frames[..5]);
