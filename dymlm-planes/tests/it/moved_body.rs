@@ -75,6 +75,28 @@ fn a_plane_that_is_but_touched_loses_what_is_the_bodys() {
 }
 
 #[test]
+fn what_is_gone_stays_gone_when_another_body_takes_a_part_of_it() {
+    let mut mapper = map(3);
+    let id = board(mapper.map());
+    let is_confirmed = |mapper: &PlaneMapper| mapper.map().plane(id).unwrap().is_confirmed();
+    mapper.map_mut().judge([[[-1.0; 3], [2.0; 3]]], 0.5, |place| Some(is_board(place)));
+    assert!(!is_confirmed(&mapper));
+    let half_of_it = |place: [f64; 3]| is_board(place) && place[0] < -0.35;
+    mapper.map_mut().move_body(&Pose::identity(), half_of_it).unwrap();
+    assert!(!is_confirmed(&mapper));
+    // Without a look at it the judgement stays, and what is gone is judged again with any other place.
+    let mut looked_at = mapper.map().clone();
+    looked_at.judge([], 0.5, |place| Some(is_board(place)));
+    assert!(!looked_at.plane(id).unwrap().is_confirmed());
+    looked_at.judge([], 0.5, |_| Some(false));
+    assert!(looked_at.plane(id).unwrap().is_confirmed());
+
+    // Put down elsewhere it is there, until that place is judged.
+    mapper.map_mut().move_body(&Pose::new([0.0, 0.0, 0.1], [0.0, 0.0, 0.0, 1.0]).unwrap(), is_board).unwrap();
+    assert!(is_confirmed(&mapper));
+}
+
+#[test]
 fn out_of_reach_is_refused_and_changes_nothing() {
     let mut mapper = map(1);
     let before = snapshot(mapper.map());

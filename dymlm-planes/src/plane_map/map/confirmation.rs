@@ -134,6 +134,18 @@ impl MapPlane {
         }
     }
 
+    /// Takes over how an earlier state of it was judged, where it still is.
+    pub(super) fn keep_judgement(&mut self, before: Self) {
+        (self.is_gone, self.judged) = (before.is_gone, before.judged);
+        self.judged.retain(|block, _| self.patch.voxels_of(*block).next().is_some());
+    }
+
+    /// Forgets how it was judged.
+    pub(super) fn forget_judgement(&mut self) {
+        self.is_gone = false;
+        self.judged.clear();
+    }
+
     /// Whether more than a share of its inliers, among those of which something is known, is in free space.
     fn is_free(&self, share: f64) -> bool {
         let [unknown, free] = self.judged.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);

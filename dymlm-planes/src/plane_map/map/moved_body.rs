@@ -58,6 +58,12 @@ impl PlaneMap {
         });
         self.collect_gaps();
         let gone_ids = going.iter().map(|plane| self.names.id(*plane)).collect();
+        for plane in &going {
+            // Of where it is now nothing is known yet.
+            if let Some(plane) = self.planes.get_mut(plane) {
+                plane.forget_judgement();
+            }
+        }
         let touched: Vec<Birth> = going.iter().chain(cut.keys()).copied().collect();
         self.rebuild(&touched);
         self.recount(&touched);

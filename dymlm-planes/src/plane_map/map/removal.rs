@@ -64,10 +64,10 @@ impl PlaneMap {
         self.confirm(births.iter().copied());
     }
 
-    fn take_plane(&mut self, birth: Birth) {
-        if let Some(gone) = self.planes.remove(&birth) {
-            gone.patch.blocks().for_each(|block| self.index.take(block, birth));
-        }
+    fn take_plane(&mut self, birth: Birth) -> Option<MapPlane> {
+        let gone = self.planes.remove(&birth)?;
+        gone.patch.blocks().for_each(|block| self.index.take(block, birth));
+        Some(gone)
     }
 
     /// Removes from the key frames the merges that have too few witnesses left without key frame `gone`, and
@@ -111,7 +111,7 @@ impl PlaneMap {
         touched
     }
 
-    /// Rebuilds planes from what the key frames have seen of them. O(all shares).
+    /// Rebuilds planes from what the key frames have seen of them; how they were judged stays. O(all shares).
     pub(super) fn rebuild(&mut self, births: &[Birth]) {
         let mut planes: BTreeMap<Birth, MapPlane> = BTreeMap::new();
         let mut lists = VoxelLists::default();
@@ -129,7 +129,9 @@ impl PlaneMap {
             }
         }
         for &birth in births {
-            self.take_plane(birth);
+            if let (Some(before), Some(plane)) = (self.take_plane(birth), planes.get_mut(&birth)) {
+                plane.keep_judgement(before);
+            }
         }
         for (birth, mut plane) in planes {
             plane.refit();
