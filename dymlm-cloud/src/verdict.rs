@@ -1,5 +1,5 @@
 use crate::block_store::{
-    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, Retained, has, put, without,
+    BLOCK_CELLS, BLOCK_SIDE, BlockKey, CellBits, Neighbor, Retained, has, put, step_to, without,
 };
 use crate::evidence::{Evidence, EvidenceBlock};
 use crate::opinion::MAX_OPINION;
@@ -219,17 +219,29 @@ impl VerdictGrid {
         Some(!has(&block.present, index))
     }
 
-    /// Slots of blocks that hold a ghost, among those whose evidence has changed since a revision.
-    pub(crate) fn ghost_blocks_since(
-        &self,
-        evidence: &Evidence,
-        revision: u32,
-    ) -> impl Iterator<Item = usize> {
-        let holds_ghost = |slot: &usize| {
-            let block = self.blocks.get(*slot).and_then(Option::as_ref);
-            block.is_some_and(|block| without(block.read, block.statics) != CellBits::default())
+    /// Slots of blocks that hold a ghost, among those whose evidence has changed since a revision, and of
+    /// blocks around that hold one beside such a block: its cells have voted on it.
+    pub(crate) fn ghost_blocks_since(&self, evidence: &Evidence, revision: u32) -> Vec<usize> {
+        let blocks = evidence.blocks();
+        // A block with the step to one that has changed; the step of one that has changed itself is none.
+        let mut concerned: Vec<(usize, [i32; 3])> = Vec::new();
+        for slot in blocks.stamps().after(revision) {
+            concerned.push((slot, [0; 3]));
+            for (place, neighbor) in blocks.neighborhood(slot).into_iter().enumerate() {
+                let Some(neighbor) = (neighbor as usize).checked_sub(1) else { continue };
+                if blocks.stamps().of(neighbor) <= revision {
+                    concerned.push((neighbor, step_to(place).map(|step| -step)));
+                }
+            }
+        }
+        concerned.sort_unstable();
+        let of_blocks = concerned.chunk_by(|a, b| a.0 == b.0);
+        let holds_ghost = |of_block: &&[(usize, [i32; 3])]| {
+            let block = self.blocks.get(of_block[0].0).and_then(Option::as_ref).map(Paged::look);
+            let ghosts = block.map(|block| without(block.read, block.statics));
+            ghosts.is_some_and(|ghosts| of_block.iter().any(|(_, step)| touches(&ghosts, *step)))
         };
-        evidence.blocks().stamps().after(revision).filter(holds_ghost)
+        of_blocks.filter(holds_ghost).map(|of_block| of_block[0].0).collect()
     }
 
     /// Bytes that another grid does not share.

@@ -41,12 +41,12 @@ impl Verdicts<'_> {
         self.map.evidence.cell_size()
     }
 
-    /// Boxes (lowest and highest corner, metres, world) that hold a ghost, among those whose evidence has
-    /// changed after a [revision](CloudMap::evidence_revision).
+    /// Boxes (lowest and highest corner, metres, world) that hold a ghost, among those in which verdicts may
+    /// have changed after a [revision](CloudMap::evidence_revision): their evidence has, or that beside them.
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
         let slots = self.kept.verdicts.ghost_blocks_since(&self.map.evidence, revision);
-        slots.filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
+        slots.into_iter().filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
     }
 }
 

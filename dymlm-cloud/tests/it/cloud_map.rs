@@ -676,6 +676,45 @@ fn what_is_unproven_is_not_mapped_and_speaks_for_its_place() {
     assert!(is_near(map.point_cloud(Selection::Static).points()));
 }
 
+/// Something that every frame reads ends where blocks of cells meet, and what some frames read goes on in the
+/// next block. That hears only through its neighbours that the thing was taken away.
+#[test]
+fn whoever_follows_the_verdicts_is_told_where_something_has_become_a_ghost() {
+    let camera = PinholeCamera::new(160, 120, 130.0, 130.0, 79.5, 59.5).unwrap();
+    let insert = |map: &mut CloudMap, step: usize, depth: &dyn Fn(usize, usize) -> f32| {
+        let depth = (0..160 * 120).map(|pixel| depth(pixel % 160, pixel / 160)).collect();
+        let depth = DepthImage::new(160, 120, depth).unwrap();
+        let frame = Frame::new(0.5 * step as f64, camera, depth, None).unwrap();
+        map.insert(&frame, None, &Pose::identity()).unwrap();
+    };
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    for step in 0..60 {
+        // The lower a row, the more frames read something in it.
+        insert(&mut map, step, &|u, v| if u >= 80 || step * 7 % 20 <= v / 6 { 1.2 } else { 2.4 });
+    }
+    let static_places = |map: &CloudMap| {
+        let points = voxels(map).into_iter().map(|voxel| voxel.position.map(f64::from));
+        let verdicts = map.verdicts();
+        points.filter(|place| verdicts.at(*place) == Some(Verdict::Static)).collect::<Vec<_>>()
+    };
+    let mut beside = 0;
+    for step in 60..100 {
+        let before = static_places(&map);
+        let revision = map.evidence_revision();
+        insert(&mut map, step, &|u, _| if u > 80 { 2.4 } else { 0.0 });
+        let verdicts = map.verdicts();
+        let told: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(revision).collect();
+        for place in before.into_iter().filter(|place| verdicts.at(*place) == Some(Verdict::Ghost)) {
+            let holds = |[low, high]: &[[f64; 3]; 2]| {
+                (0..3).all(|axis| (low[axis]..=high[axis]).contains(&place[axis]))
+            };
+            assert!(told.iter().any(holds), "{place:?} at step {step}");
+            beside += usize::from(place[0] < 0.0);
+        }
+    }
+    assert!(beside > 0);
+}
+
 #[test]
 fn space_is_long_free_where_frames_looked_through_before_the_current_epoch() {
     let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
