@@ -14,8 +14,8 @@ impl<B: Record + Default + Clone> Block for B {}
 /// is in the file brings it back to memory.
 #[derive(Debug)]
 pub(crate) struct Paged<B> {
-    /// Blocks with one version are the same.
-    version: u64,
+    /// Blocks with one version are the same. Its lowest bit, [`KNOWN`], is no part of it.
+    version: AtomicU64,
     memory: OnceLock<Arc<B>>,
     /// Where it is in the file; a block that is neither there nor in memory is empty.
     filed: Option<Filed>,
@@ -29,15 +29,14 @@ struct Filed {
     length: u32,
 }
 
-/// A version in which a block was. As long as this lives, a change of the block makes another version.
+/// Whether a clone or a [`Version`] may know the version: then a change of the block makes another one. A block
+/// of which nobody knows is changed where it is, in the same version.
+const KNOWN: u64 = 1;
+
+/// A version in which a block was.
 #[cfg(feature = "state")]
 #[derive(Debug)]
-pub(crate) struct Version<B> {
-    number: u64,
-    /// A block to which nothing else points is changed where it is, in the same version. This points to it, and
-    /// keeps nothing that the block owns.
-    _block: std::sync::Weak<B>,
-}
+pub(crate) struct Version(u64);
 
 /// What can be paged out, whatever its type: several blocks at a time, so that they take one place in the
 /// file.
@@ -58,19 +57,20 @@ pub(crate) enum Look<'a, B> {
 
 impl<B: Block> Paged<B> {
     pub(crate) fn new(block: B) -> Self {
-        Self { version: next_version(), memory: OnceLock::from(Arc::new(block)), filed: None }
+        Self { memory: OnceLock::from(Arc::new(block)), ..Self::default() }
     }
 
     /// The block, to change it; it is copied while a clone shares it. Never `None`.
     #[inline]
     pub(crate) fn to_mut(&mut self) -> Option<&mut B> {
-        if self.filed.is_some() || self.memory.get_mut().and_then(Arc::get_mut).is_none() {
+        let is_known = *self.version.get_mut() & KNOWN != 0;
+        if is_known || self.filed.is_some() || self.memory.get_mut().is_none() {
             self.become_own();
         }
         self.memory.get_mut().map(Arc::make_mut)
     }
 
-    /// Becomes a block that no clone shares.
+    /// Becomes a block that no clone shares, in a version that nobody knows.
     #[cold]
     fn become_own(&mut self) {
         let block = self.memory.take().unwrap_or_else(|| Arc::new(self.load()));
@@ -84,20 +84,19 @@ impl<B: Block> Paged<B> {
 
     /// Whether a clone has the same block.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        self.version == other.version
+        self.number() == other.number()
     }
 
     /// The version of the block, without what is in it.
     #[cfg(feature = "state")]
-    pub(crate) fn version(&self) -> Version<B> {
-        let block = self.memory.get().map(Arc::downgrade).unwrap_or_default();
-        Version { number: self.version, _block: block }
+    pub(crate) fn version(&self) -> Version {
+        Version(self.make_known())
     }
 
     /// Whether the block is in this version.
     #[cfg(feature = "state")]
-    pub(crate) fn is_in(&self, version: &Version<B>) -> bool {
-        self.version == version.number
+    pub(crate) fn is_in(&self, version: &Version) -> bool {
+        self.number() == version.0
     }
 
     /// The block if it is in memory.
@@ -166,10 +165,22 @@ pub(crate) fn page_out<B: Block>(
     Ok(())
 }
 
-fn next_version() -> u64 {
+impl<B> Paged<B> {
+    /// The number of the version.
+    fn number(&self) -> u64 {
+        self.version.load(Ordering::Relaxed) & !KNOWN
+    }
+
+    /// The number of the version, which somebody knows from now on.
+    fn make_known(&self) -> u64 {
+        self.version.fetch_or(KNOWN, Ordering::Relaxed) & !KNOWN
+    }
+}
+
+fn next_version() -> AtomicU64 {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     // Versions are only compared, so that results do not depend on their numbers.
-    NEXT.fetch_add(1, Ordering::Relaxed)
+    NEXT.fetch_add(KNOWN + 1, Ordering::Relaxed).into()
 }
 
 /// An empty block, which takes no memory.
@@ -181,7 +192,8 @@ impl<B> Default for Paged<B> {
 
 impl<B> Clone for Paged<B> {
     fn clone(&self) -> Self {
-        Self { version: self.version, memory: self.memory.clone(), filed: self.filed.clone() }
+        let version = AtomicU64::new(self.make_known() | KNOWN);
+        Self { version, memory: self.memory.clone(), filed: self.filed.clone() }
     }
 }
 
@@ -247,6 +259,21 @@ mod tests {
         changed.page_out_like(&filed);
         assert!(changed.in_memory().is_none());
         assert_eq!((&*old, &*changed), (&vec![1], &vec![1, 2]));
+    }
+
+    #[test]
+    fn what_changes_after_a_clone_has_gone_to_the_file_is_another_block() {
+        let file = PageFile::create_in(&std::env::temp_dir()).unwrap();
+        let mut own = Paged::new(vec![1]);
+        let filed = paged_out(&own, &file);
+        #[cfg(feature = "state")]
+        let version = filed.version();
+        own.to_mut().unwrap().push(2);
+        assert!(!own.is_same(&filed));
+        own.page_out_like(&filed);
+        assert_eq!((&*own, &*filed), (&vec![1, 2], &vec![1]));
+        #[cfg(feature = "state")]
+        assert!(filed.is_in(&version) && !own.is_in(&version));
     }
 
     #[cfg(feature = "state")]

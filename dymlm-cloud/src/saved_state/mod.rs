@@ -123,7 +123,7 @@ fn save_blocks(
 
 /// The blocks in which a store differs from an earlier one, also those that are gone; all without an earlier
 /// one.
-fn changed_blocks<B: Block>(store: &BlockStore<B>, earlier: Option<&SavedBlocks<B>>) -> BTreeSet<BlockKey> {
+fn changed_blocks<B: Block>(store: &BlockStore<B>, earlier: Option<&SavedBlocks>) -> BTreeSet<BlockKey> {
     match earlier {
         Some(earlier) => earlier.changed_in(store).collect(),
         None => store.keys().iter().copied().collect(),

@@ -7,16 +7,16 @@ use crate::stamps::Stamps;
 
 /// The blocks of a store that was saved: which there were, in which versions, but not what was in them.
 #[derive(Debug)]
-pub(super) struct SavedBlocks<B> {
+pub(super) struct SavedBlocks {
     index: SlotIndex,
     keys: Pages<BlockKey>,
     /// By slot.
-    versions: Vec<Version<B>>,
+    versions: Vec<Version>,
     stamps: Stamps,
 }
 
-impl<B: Block> SavedBlocks<B> {
-    pub(super) fn of(store: &BlockStore<B>) -> Self {
+impl SavedBlocks {
+    pub(super) fn of<B: Block>(store: &BlockStore<B>) -> Self {
         Self {
             index: store.index().clone(),
             keys: store.keys().clone(),
@@ -26,7 +26,10 @@ impl<B: Block> SavedBlocks<B> {
     }
 
     /// Keys of the blocks in which a later state of the store differs, also of those that are gone.
-    pub(super) fn changed_in<'a>(&'a self, later: &'a BlockStore<B>) -> impl Iterator<Item = BlockKey> + 'a {
+    pub(super) fn changed_in<'a, B: Block>(
+        &'a self,
+        later: &'a BlockStore<B>,
+    ) -> impl Iterator<Item = BlockKey> + 'a {
         let version = |key: BlockKey| self.versions.get(self.index.slot(key)?);
         let blocks = later.keys().iter().copied().zip(later.blocks().iter());
         let changed = blocks.filter(move |(key, block)| version(*key).is_none_or(|old| !block.is_in(old)));
@@ -35,19 +38,21 @@ impl<B: Block> SavedBlocks<B> {
     }
 
     /// Blocks of which a later state of the store has noted another last change.
-    pub(super) fn noted_in<'a>(&'a self, later: &'a BlockStore<B>) -> impl Iterator<Item = BlockKey> + 'a {
+    pub(super) fn noted_in<'a, B: Block>(
+        &'a self,
+        later: &'a BlockStore<B>,
+    ) -> impl Iterator<Item = BlockKey> + 'a {
         let slots = later.stamps().unshared(&self.stamps);
         let noted = slots.filter_map(|slot| Some((*later.keys().get(slot)?, later.stamps().of(slot))));
         let is_new = |key, stamp| self.index.slot(key).is_none_or(|slot| self.stamps.of(slot) != stamp);
         noted.filter(move |(key, stamp)| is_new(*key, *stamp)).map(|(key, _)| key)
     }
 
-    /// Approximate bytes, with those of blocks that have changed since and are kept for their versions.
+    /// Approximate bytes.
     pub(super) fn memory_bytes(&self) -> usize {
-        let version = size_of::<Version<B>>() + size_of::<B>() + 2 * size_of::<usize>();
         self.index.memory_bytes_beside(&SlotIndex::default())
             + self.keys.memory_bytes()
-            + self.versions.len() * version
+            + self.versions.len() * size_of::<Version>()
             + self.stamps.memory_bytes_beside(&Stamps::default())
     }
 }

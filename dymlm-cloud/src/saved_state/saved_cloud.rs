@@ -1,16 +1,14 @@
 use super::Head;
 use super::saved_blocks::SavedBlocks;
 use crate::CloudMap;
-use crate::evidence::EvidenceBlock;
-use crate::voxel_block::VoxelBlock;
 
 /// What must be known of a state of a map that was saved, so that only what has changed since is saved
 /// [next](CloudMap::save_state): which blocks it had, and in which versions. A clone of the map would keep what
 /// was in them, which changes while mapping goes on: the memory of the map once more.
 #[derive(Debug)]
 pub struct SavedCloud {
-    pub(super) voxels: SavedBlocks<VoxelBlock>,
-    pub(super) evidence: SavedBlocks<EvidenceBlock>,
+    pub(super) voxels: SavedBlocks,
+    pub(super) evidence: SavedBlocks,
     pub(super) head: Head,
 }
 
