@@ -716,6 +716,28 @@ fn whoever_follows_the_verdicts_is_told_where_something_has_become_a_ghost() {
 }
 
 #[test]
+fn no_margin_is_too_large_to_ask_for() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    let place = [0.0, 0.0, 1.2];
+    insert_walls(&mut map, 0.0, [5.0, 10.0], 2.4);
+    // The wall is 1.2 m away.
+    for (margin, is_free) in [
+        (0.0, true),
+        (0.9, true),
+        (1.3, false),
+        (50.0, false),
+        (1e9, false),
+        (f64::MAX, false),
+        (f64::INFINITY, false),
+        (f64::NAN, false),
+        (-1.0, false),
+        (f64::NEG_INFINITY, false),
+    ] {
+        assert_eq!(map.is_long_free(place, margin), is_free, "{margin} m");
+    }
+}
+
+#[test]
 fn space_is_long_free_where_frames_looked_through_before_the_current_epoch() {
     let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
     let insert = |map: &mut CloudMap, times: std::ops::Range<i32>, z: f32| {
