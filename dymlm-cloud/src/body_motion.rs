@@ -149,16 +149,63 @@ impl CloudMap {
         self.evidence.give_support(cell, support);
     }
 
-    /// Keys of the blocks whose voxels may lie in a box, in their order.
+    /// Keys of the blocks whose voxels may lie in a box, in their order. O(blocks that fit in the box, or all
+    /// blocks if these are fewer).
     fn blocks_about(&self, region: &OrientedBox) -> Vec<BlockKey> {
         let side = self.config.voxel_size * BLOCK_SIDE as f64;
         let [low, high] = bounds(region.corners()).map(|corner| corner.map(|c| (c / side).floor()));
-        let is_about = |key: &BlockKey| {
-            let block = key.block();
-            (0..3).all(|axis| (low[axis]..=high[axis]).contains(&f64::from(block[axis])))
-        };
-        let mut keys: Vec<BlockKey> = self.voxels.keys().iter().copied().filter(is_about).collect();
-        keys.sort_unstable();
-        keys
+        let all = self.voxels.keys();
+        let count: f64 = (0..3).map(|axis| high[axis] - low[axis] + 1.0).product();
+        if count > all.len() as f64 {
+            let is_about = |key: &BlockKey| {
+                let block = key.block();
+                (0..3).all(|axis| (low[axis]..=high[axis]).contains(&f64::from(block[axis])))
+            };
+            let mut keys: Vec<BlockKey> = all.iter().copied().filter(is_about).collect();
+            keys.sort_unstable();
+            return keys;
+        }
+        // In the order of keys, x is the fastest.
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+            let span = low[axis] as i32..=high[axis] as i32;
+            span.filter(|c| BlockKey::has_block(*c))
+        });
+        let rows = zs.flat_map(|z| ys.clone().map(move |y| (y, z)));
+        let blocks = rows.flat_map(|(y, z)| xs.clone().map(move |x| BlockKey::new([x, y, z])));
+        blocks.filter(|key| self.voxels.slot(*key).is_some()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{DepthImage, Frame, PinholeCamera, SensorModel};
+
+    use super::*;
+    use crate::CloudMapConfig;
+
+    #[test]
+    fn the_blocks_about_a_box_are_those_that_a_look_at_all_finds() {
+        let mut map = CloudMap::new(CloudMapConfig::default(), SensorModel::kinect()).unwrap();
+        let camera = PinholeCamera::new(48, 36, 40.0, 40.0, 23.5, 17.5).unwrap();
+        let depth = (0..48 * 36).map(|pixel| 1.0 + 0.01 * (pixel % 200) as f32).collect();
+        let frame = Frame::new(0.0, camera, DepthImage::new(48, 36, depth).unwrap(), None).unwrap();
+        map.insert(&frame, None, &Pose::identity()).unwrap();
+        let side = map.config.voxel_size * BLOCK_SIDE as f64;
+        for center in [[0.0, 0.0, 1.0], [-0.3, 0.2, 1.5], [1e5, 0.0, 0.0], [-1e9, 0.0, 1.0]] {
+            for length in [0.0, 0.05, 0.3, 1.0, 50.0, 1e9] {
+                let pose = Pose::new(center, [0.0, 0.6, 0.0, 0.8]).unwrap();
+                let region = OrientedBox::new(pose, [length, 0.5 * length, length]).unwrap();
+                let [low, high] = bounds(region.corners());
+                let is_about = |key: &BlockKey| {
+                    let block = key.block().map(f64::from);
+                    (0..3).all(|axis| {
+                        ((low[axis] / side).floor()..=(high[axis] / side).floor()).contains(&block[axis])
+                    })
+                };
+                let mut all: Vec<BlockKey> = map.voxels.keys().iter().copied().filter(is_about).collect();
+                all.sort_unstable();
+                assert_eq!(map.blocks_about(&region), all, "{length} m about {center:?}");
+            }
+        }
     }
 }
