@@ -239,7 +239,7 @@ impl ObjectMapper {
                 }
             }
         }
-        for (birth, neighbour) in pairs {
+        for (birth, neighbour) in pairs.into_iter().flat_map(|(a, b)| [(a, b), (b, a)]) {
             let object = self.map.place(birth).and_then(|place| self.map.objects.get_mut(place));
             if let Some(object) = object {
                 Arc::make_mut(object).seen_apart.note(neighbour);
@@ -539,6 +539,12 @@ impl ObjectMapper {
         for _ in 0..MAX_MERGES {
             let Some([kept, removed]) = self.find_duplicates() else { return };
             let Some(removed) = self.map.remove(removed) else { return };
+            for neighbour in removed.seen_apart.neighbours().filter(|&neighbour| neighbour != kept) {
+                let place = self.map.place(neighbour);
+                if let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) {
+                    Arc::make_mut(object).seen_apart.rename(removed.birth, kept);
+                }
+            }
             let place = self.map.place(kept);
             let Some(kept) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
             let kept = Arc::make_mut(kept);

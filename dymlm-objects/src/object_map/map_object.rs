@@ -397,7 +397,7 @@ impl MapObject {
         }
         self.key_views.merge(&other.key_views);
         self.sightings.merge(&other.sightings);
-        self.seen_apart.merge(&other.seen_apart);
+        self.seen_apart.merge(&other.seen_apart, [self.birth, other.birth]);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.remember(&other.sighted_points);
         self.observations += other.observations;

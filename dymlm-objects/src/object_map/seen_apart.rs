@@ -1,7 +1,8 @@
 use dymlm_core::Birth;
 
 /// How often an object was detected together with each of its neighbours of the same label, as two things in
-/// one frame. What a detector saw as two things is not one, however well two boxes overlap.
+/// one frame. What a detector saw as two things is not one, however well two boxes overlap. Each of the two
+/// counts, so that both know whom a merge concerns.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct SeenApart {
@@ -27,9 +28,23 @@ impl SeenApart {
         place.map_or(0, |place| self.frames[place].1)
     }
 
-    /// Adds the frames of a merged object.
-    pub(crate) fn merge(&mut self, other: &Self) {
-        other.frames.iter().for_each(|(birth, frames)| self.add(*birth, *frames));
+    /// The neighbours.
+    pub(crate) fn neighbours(&self) -> impl Iterator<Item = Birth> {
+        self.frames.iter().map(|(birth, _)| *birth)
+    }
+
+    /// Adds the frames of an object that is merged into the one that counts here.
+    pub(crate) fn merge(&mut self, other: &Self, [own, merged]: [Birth; 2]) {
+        let others = other.frames.iter().filter(|(birth, _)| *birth != own);
+        others.for_each(|(birth, frames)| self.add(*birth, *frames));
+        self.frames.retain(|(birth, _)| *birth != merged);
+    }
+
+    /// Counts the frames with a neighbour that was merged into another for that one.
+    pub(crate) fn rename(&mut self, merged: Birth, into: Birth) {
+        let frames = self.frames_with(merged);
+        self.frames.retain(|(birth, _)| *birth != merged);
+        self.add(into, frames);
     }
 
     /// Bytes that the list owns.

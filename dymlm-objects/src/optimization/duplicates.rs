@@ -14,7 +14,8 @@ const SAME_IOU_OTHER_LABEL: f64 = 0.4;
 /// at once, in as many frames as `confirm` an object or in all that saw the lesser one.
 pub(crate) fn are_duplicates(one: &MapObject, other: &MapObject, confirm: u32) -> bool {
     let least = if one.label == other.label { SAME_IOU } else { SAME_IOU_OTHER_LABEL };
-    let apart = one.seen_apart.frames_with(other.birth).max(other.seen_apart.frames_with(one.birth));
+    // Both count the same.
+    let apart = one.seen_apart.frames_with(other.birth);
     apart < confirm.min(one.observations).min(other.observations)
         && may_touch(&one.oriented_box, &other.oriented_box)
         && one.oriented_box.iou(&other.oriented_box) >= least

@@ -327,6 +327,34 @@ fn what_the_detector_sees_as_two_at_once_stays_two() {
     assert_eq!(count(|step| if step % 2 == 0 { &[(0, "chair")] } else { &[(1, "chair")] }), 1);
 }
 
+/// Of two such backs, one turns out to be a chair that was known from elsewhere.
+#[test]
+fn what_was_seen_as_two_stays_two_when_one_of_them_goes_into_a_third() {
+    let back = |y: f64, height: f64| upright([0.0, y, 0.5 * height], 0.0, [0.5, 0.05, height]);
+    let scene = room(vec![back(2.0, 0.7), back(2.25, 1.0), back(8.0, 1.0)], &[]);
+    let mut mapper = mapper();
+    let show_at = |mapper: &mut ObjectMapper, time: usize, y: f64, labels: &[(usize, &str)]| {
+        let pose = near([0.0, y - 1.8, 1.3], time, [0.0, y + 0.1, 0.5]);
+        show(mapper, &scene, (0.1 * time as f64, pose), labels, &Walls(vec![]))
+    };
+    (0..25).for_each(|time| drop(show_at(&mut mapper, time, 8.0, &[(2, "chair")])));
+    (25..37).for_each(|time| drop(show_at(&mut mapper, time, 2.0, &[(0, "chair"), (1, "chair")])));
+    let ids: Vec<ObjectId> = mapper.map().objects().map(MapObject::id).collect();
+    let [known, first, second] = ids[..] else { panic!("{ids:?}") };
+    // It comes to stand behind both, so that at first it overlaps with the second alone.
+    let center = |id: ObjectId| mapper.map().object(id).unwrap().oriented_box().center();
+    let (from, to) = (center(known), center(second));
+    let motion = Pose::new([to[0] - from[0], to[1] + 0.2 - from[1], to[2] - from[2]], [0.0, 0.0, 0.0, 1.0]);
+    mapper.move_object(known, &motion.unwrap()).unwrap();
+    let mut merges = Vec::new();
+    for time in 37..45 {
+        let merged = show_at(&mut mapper, time, 2.0, &[(1, "chair")]).merged;
+        merges.extend(merged.iter().map(|merge| (merge.kept, merge.removed)));
+    }
+    assert_eq!(merges, [(known, second)]);
+    assert!(mapper.map().object(first).is_some_and(|object| object.id() == first));
+}
+
 /// The end of a couch beside a cupboard: its box is what couches usually are. From beside the cupboard the
 /// couch is seen.
 #[test]
