@@ -51,7 +51,7 @@ pub struct CloudScore {
 /// Scores a cloud in the world frame against the truth; `None` when it has no finite point.
 ///
 /// O(n log n) in the number of points; a million takes about a second.
-pub fn score_cloud(cloud: &PointCloud, truth: &impl SpaceTruth) -> Option<CloudScore> {
+pub fn score_cloud(cloud: &PointCloud, truth: &(impl SpaceTruth + ?Sized)) -> Option<CloudScore> {
     let points: Vec<Point> = cloud.points().iter().copied().filter(is_finite).collect();
     let distances: Vec<f32> = points.iter().map(|&point| truth.surface_distance(point)).collect();
 

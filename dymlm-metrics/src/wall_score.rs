@@ -54,7 +54,11 @@ struct Wall<'a> {
 /// Scores the thickness of the walls of a cloud in the world frame; `None` when no tile has points.
 ///
 /// O(n log n) in the number of points, and one query to the truth per point.
-pub fn score_walls(cloud: &PointCloud, faces: &[TrueFace], truth: &impl SpaceTruth) -> Option<WallScore> {
+pub fn score_walls(
+    cloud: &PointCloud,
+    faces: &[TrueFace],
+    truth: &(impl SpaceTruth + ?Sized),
+) -> Option<WallScore> {
     let walls: Vec<Wall<'_>> = faces.iter().filter_map(Wall::of).collect();
     let near = walls_by_cube(&walls);
     let mut tiles: BTreeMap<(usize, [usize; 2]), Vec<f64>> = BTreeMap::new();

@@ -273,11 +273,11 @@ impl PyMap {
     fn __repr__(&self, py: Python<'_>) -> String {
         let map = self.maps();
         // Counting points judges what has changed.
-        py.detach(|| map.cloud().len());
+        let points = py.detach(|| map.cloud().len());
         format!(
             "<dymlm.Map, revision {}: {} points, {} planes, {} objects>",
             map.revision().get(),
-            map.cloud().len(),
+            points,
             map.planes().len(),
             map.objects().len()
         )

@@ -47,7 +47,7 @@ pub(crate) fn score_cloud(
     truth: TruthArgument<'_>,
 ) -> PyResult<Option<PyCloudScore>> {
     let (cloud, truth) = (PointCloud::new(points(positions, "positions")?), truth.truth());
-    Ok(py.detach(|| cloud_score(&cloud, &truth)).map(|score| PyCloudScore {
+    Ok(py.detach(|| cloud_score(&cloud, truth)).map(|score| PyCloudScore {
         residue: score.residue,
         stray: score.stray,
         completeness: score.completeness,
@@ -70,7 +70,7 @@ pub(crate) fn score_walls(
 ) -> PyResult<Option<(f64, f64)>> {
     let (cloud, truth) = (PointCloud::new(points(positions, "positions")?), truth.truth());
     let faces: Vec<_> = faces.iter().map(|face| face.get().0.clone()).collect();
-    let score = py.detach(|| wall_score(&cloud, &faces, &truth));
+    let score = py.detach(|| wall_score(&cloud, &faces, truth));
     Ok(score.map(|score| (score.thickness.median, score.thickness.p95)))
 }
 

@@ -1,6 +1,6 @@
 //! The truth that maps are scored against.
 
-use dymlm::core::{Plane, Point};
+use dymlm::core::Plane;
 use dymlm::geometry::OrientedBox;
 use dymlm_metrics::{PointTruth, SpaceTruth, TrueFace, TrueObject};
 use dymlm_sim::Truth;
@@ -60,60 +60,10 @@ pub(crate) enum TruthArgument<'py> {
 }
 
 impl TruthArgument<'_> {
-    pub(crate) fn truth(&self) -> EitherTruth<'_> {
+    pub(crate) fn truth(&self) -> &(dyn SpaceTruth + Sync) {
         match self {
-            Self::Sequence(truth) => EitherTruth::Sequence(&truth.get().0),
-            Self::Points(truth) => EitherTruth::Points(&truth.get().0),
-        }
-    }
-}
-
-/// Either kind of truth.
-pub(crate) enum EitherTruth<'a> {
-    Sequence(&'a Truth),
-    Points(&'a PointTruth),
-}
-
-impl SpaceTruth for EitherTruth<'_> {
-    fn surface_distance(&self, point: Point) -> f32 {
-        match self {
-            Self::Sequence(truth) => truth.surface_distance(point),
-            Self::Points(truth) => truth.surface_distance(point),
-        }
-    }
-
-    fn swept_by_movers(&self, point: Point) -> bool {
-        match self {
-            Self::Sequence(truth) => truth.swept_by_movers(point),
-            Self::Points(truth) => truth.swept_by_movers(point),
-        }
-    }
-
-    fn was_looked_through(&self, point: Point) -> bool {
-        match self {
-            Self::Sequence(truth) => truth.was_looked_through(point),
-            Self::Points(truth) => truth.was_looked_through(point),
-        }
-    }
-
-    fn on_thin_things(&self, point: Point) -> bool {
-        match self {
-            Self::Sequence(truth) => truth.on_thin_things(point),
-            Self::Points(truth) => truth.on_thin_things(point),
-        }
-    }
-
-    fn near_people(&self, point: Point) -> bool {
-        match self {
-            Self::Sequence(truth) => truth.near_people(point),
-            Self::Points(truth) => truth.near_people(point),
-        }
-    }
-
-    fn visible_points(&self) -> Vec<Point> {
-        match self {
-            Self::Sequence(truth) => truth.visible_points(),
-            Self::Points(truth) => truth.visible_points(),
+            Self::Sequence(truth) => &truth.get().0,
+            Self::Points(truth) => &truth.get().0,
         }
     }
 }

@@ -441,15 +441,21 @@ fn any_number_of_objects_is_carried_at_once() {
     assert!(mapper.map().object(id(1)).is_none() && mapper.map().object(id(2)).is_some());
 }
 
-/// What is put down where a carried thing stood is another thing, unless that thing is back.
-#[test]
-fn what_is_carried_is_one_with_nothing_that_stands_in_its_old_place() {
+/// Three cups that were seen three times, and their labels.
+fn three_cups() -> (Scene, ObjectMapper, [(usize, &'static str); 3]) {
     let cup = |x: f64| upright([x, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]);
     let (scene, mut mapper) = (Scene::new([-0.2, 0.0, 0.2].map(cup).to_vec()), mapper());
     let cups = [(0, "cup"), (1, "cup"), (2, "cup")];
     for step in 0..3 {
         show(&mut mapper, &scene, step, &cups);
     }
+    (scene, mapper, cups)
+}
+
+/// What is put down where a carried thing stood is another thing, unless that thing is back.
+#[test]
+fn what_is_carried_is_one_with_nothing_that_stands_in_its_old_place() {
+    let (scene, mut mapper, cups) = three_cups();
     let ids: Vec<ObjectId> = in_order(&mapper).map(MapObject::id).collect();
     let known = |mapper: &ObjectMapper| {
         let object = mapper.map().object(ids[0]).unwrap();
@@ -480,12 +486,7 @@ fn the_mapper_goes_between_threads() {
 /// A map built again has the ids of the map before, in any order: here in the opposite one.
 #[test]
 fn what_objects_are_called_changes_nothing_but_their_ids() {
-    let cup = |x: f64| upright([x, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]);
-    let (scene, mut mapper) = (Scene::new([-0.2, 0.0, 0.2].map(cup).to_vec()), mapper());
-    let cups = [(0, "cup"), (1, "cup"), (2, "cup")];
-    for step in 0..3 {
-        show(&mut mapper, &scene, step, &cups);
-    }
+    let (scene, mut mapper, cups) = three_cups();
     let ids: Vec<ObjectId> = in_order(&mapper).map(MapObject::id).collect();
     assert_eq!(ids.len(), 3);
     let names = ids.iter().copied().zip(ids.iter().rev().copied()).collect();

@@ -133,16 +133,18 @@ impl MapBuilder {
         };
         let first_moved = log.events.iter().position(|event| event.mapped().is_some_and(has_moved));
         let first_changed = first_moved.into_iter().chain(changed).min();
-        let unchanged = CorrectionReport::unchanged(log.key_frames().count());
         for waiting in self.waiting.iter() {
             self.check_pose(&waiting.frame, &poses[waiting.id.get() as usize])?;
         }
-        let report = first_changed.map(|first| self.rebuild(first, poses, watch)).transpose()?;
+        let report = match first_changed {
+            Some(first_changed) => self.rebuild(first_changed, poses, watch)?,
+            None => CorrectionReport::unchanged(log.key_frames().count()),
+        };
         self.take_over(poses);
-        if report.is_some() {
+        if first_changed.is_some() {
             self.publish_change();
         }
-        Ok(report.unwrap_or(unchanged))
+        Ok(report)
     }
 
     /// Builds the maps again with each frame at its new pose, and goes on with them.
