@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
 use dymlm_core::PointCloud;
-use dymlm_core::vector3::{along, bounds};
+use dymlm_core::vector3::bounds;
 
 use crate::nearest::is_finite;
 use crate::{SpaceTruth, Spread, TrueFace};
@@ -45,10 +45,15 @@ pub struct WallScore {
 /// A true face, to which points are assigned.
 struct Wall<'a> {
     face: &'a TrueFace,
-    /// Corners of the box around all points that may belong to the face.
-    around: [[f64; 3]; 2],
-    /// For each tile, the share of it that the face fills.
-    filled: BTreeMap<[usize; 2], f64>,
+    tiles: BTreeMap<[usize; 2], Tile>,
+}
+
+/// What a face has of a tile.
+struct Tile {
+    /// The share of the tile that the face fills.
+    filled: f64,
+    /// Corners of the box around the centres of these cells.
+    cells: [[f64; 3]; 2],
 }
 
 /// Scores the thickness of the walls of a cloud in the world frame; `None` when no tile has points.
@@ -90,17 +95,28 @@ struct Hit {
 impl<'a> Wall<'a> {
     /// `None` for a face that fills no tile.
     fn of(face: &'a TrueFace) -> Option<Self> {
-        let (raster, mut filled) = (&face.cells.raster, BTreeMap::new());
+        let (raster, mut tiles) = (&face.cells.raster, BTreeMap::new());
         let inside = face.cells.inside.iter().enumerate().filter(|(_, inside)| **inside);
         for (cell, _) in inside {
-            let tile = tile_of(raster.coordinates(raster.center(cell)));
-            *filled.entry(tile).or_insert(0.0) += raster.cell_area() / (TILE * TILE);
+            let center = raster.center(cell);
+            let tile = tiles.entry(tile_of(raster.coordinates(center)));
+            let tile = tile.or_insert(Tile { filled: 0.0, cells: [center; 2] });
+            tile.filled += raster.cell_area() / (TILE * TILE);
+            tile.cells = bounds(tile.cells.into_iter().chain([center]));
         }
-        let corners = face.outline.iter().flatten().copied();
-        let ends = corners
-            .flat_map(|corner| [-REACH, REACH].map(|height| along(corner, height, face.plane.normal())));
-        let around = bounds(ends);
-        filled.values().any(|&share| share >= FILLED).then_some(Self { face, around, filled })
+        tiles.values().any(|tile| tile.filled >= FILLED).then_some(Self { face, tiles })
+    }
+
+    /// The cubes of space that hold points which may belong to the face, some of them several times.
+    fn cubes(&self) -> impl Iterator<Item = [i64; 3]> {
+        // From the centres of cells to their corners, and up and down; only tiles with a centre count.
+        let beyond = REACH + self.face.cells.raster.cell_area().sqrt().min(TILE);
+        self.tiles.values().flat_map(move |tile| {
+            let [low, high] = tile.cells;
+            let [low, high] = [low.map(|c| c - beyond), high.map(|c| c + beyond)].map(cube_of);
+            let range = move |axis: usize| low[axis]..=high[axis];
+            range(0).flat_map(move |x| range(1).flat_map(move |y| range(2).map(move |z| [x, y, z])))
+        })
     }
 
     /// The place above or below the face; `None` when it is not above or below it, or too far away.
@@ -116,7 +132,7 @@ impl<'a> Wall<'a> {
     }
 
     fn fills(&self, tile: [usize; 2]) -> bool {
-        self.filled.get(&tile).is_some_and(|&share| share >= FILLED)
+        self.tiles.get(&tile).is_some_and(|tile| tile.filled >= FILLED)
     }
 }
 
@@ -133,12 +149,10 @@ fn cube_of(place: [f64; 3]) -> [i64; 3] {
 fn walls_by_cube(walls: &[Wall<'_>]) -> BTreeMap<[i64; 3], Vec<usize>> {
     let mut near: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
     for (index, wall) in walls.iter().enumerate() {
-        let [low, high] = wall.around.map(cube_of);
-        for x in low[0]..=high[0] {
-            for y in low[1]..=high[1] {
-                for z in low[2]..=high[2] {
-                    near.entry([x, y, z]).or_default().push(index);
-                }
+        for cube in wall.cubes() {
+            let walls = near.entry(cube).or_default();
+            if walls.last() != Some(&index) {
+                walls.push(index);
             }
         }
     }
@@ -223,6 +237,16 @@ mod tests {
         let faces = [wall(0, 1.0)];
         let one = score_walls(&PointCloud::new(both), &faces, &truth(&[1.0, 1.2])).unwrap();
         assert!(one.thickness.p95 < 0.02 && one.tiles == 24, "{one:?}");
+    }
+
+    /// A face of a thousand kilometres with coarse cells: its box is not walked through cube by cube.
+    #[test]
+    fn a_face_costs_what_its_tiles_do() {
+        let far = 1e6;
+        let outline = vec![[1.0, 0.0, 0.0], [1.0, far, 0.0], [1.0, far, far], [1.0, 0.0, far]];
+        let plane = Plane::new([1.0, 0.0, 0.0], -1.0).unwrap();
+        let face = TrueFace::new(0, plane, vec![outline], 1e-2 * far).unwrap();
+        assert_eq!(score_walls(&PointCloud::new(readings(1.0, 1)), &[face], &truth(&[1.0])), None);
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub struct NearestObstacle {
     pub size: f64,
 }
 
-/// A node to visit, ordered by its distance; at equal distances by its depth, then by its key.
+/// A node to visit, ordered by its distance; at equal distances inner nodes come first, then the lower key.
 #[derive(Debug, Clone, Copy)]
 struct Candidate<'a> {
     squared: f64,
@@ -105,10 +105,12 @@ impl Octree {
 
 impl Ord for Candidate<'_> {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        // Larger nodes first: at equal distance an inner node may hold a leaf with a lower key.
+        // An inner node may hold a leaf with a lower key than that of a leaf at the same distance, whatever the
+        // size of the leaves.
+        let is_leaf = |candidate: &Self| !matches!(candidate.subtree.kind(), Kind::Inner);
         self.squared
             .total_cmp(&other.squared)
-            .then(self.subtree.depth().cmp(&other.subtree.depth()))
+            .then(is_leaf(self).cmp(&is_leaf(other)))
             .then(self.corner.cmp(&other.corner))
     }
 }

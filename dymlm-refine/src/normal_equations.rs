@@ -4,6 +4,10 @@ use crate::Error;
 use crate::cholesky::Cholesky;
 use crate::elimination::Elimination;
 
+/// By how much the variance of an unknown may exceed what it would be if all others were known: beyond this,
+/// rounding decides the figure.
+const MAX_VARIANCE_INFLATION: f64 = 0.01 / f64::EPSILON;
+
 /// Symmetric equations in blocks; only blocks that some factor couples are stored. What depends on the
 /// pattern alone is computed once: the order of elimination and the places of the numbers.
 #[derive(Debug)]
@@ -129,10 +133,9 @@ impl NormalEquations {
         // (H + D) step = right: the model lowers the cost by step . right - step . H step / 2.
         let (mut own, mut damped) = (0.0, 0.0);
         for (block, unknowns) in self.starts.windows(2).enumerate() {
-            let first = self.columns[self.elimination.positions[block]][0].place;
-            let diagonal = self.values[first..].iter().step_by(unknowns[1] - unknowns[0] + 1);
             let unknowns = unknowns[0]..unknowns[1];
-            for ((x, g), diagonal) in step[unknowns.clone()].iter().zip(&self.right[unknowns]).zip(diagonal) {
+            let right = &self.right[unknowns.clone()];
+            for ((x, g), diagonal) in step[unknowns].iter().zip(right).zip(self.diagonal(block)) {
                 own += x * g;
                 damped += damping * diagonal * x * x;
             }
@@ -140,21 +143,32 @@ impl NormalEquations {
         step.iter().all(|x| x.is_finite()).then_some((step, 0.5 * (own + damped)))
     }
 
-    /// The blocks on the diagonal of the inverse, column by column. `None` when the equations have no
-    /// inverse.
+    /// The blocks on the diagonal of the inverse, column by column. `None` when the equations do not determine
+    /// one of the unknowns of these blocks.
     pub(crate) fn inverses(&mut self, blocks: &[usize]) -> Option<Vec<Vec<f64>>> {
         self.factorize(0.0)?;
         let inverse = |&block: &usize| {
             let (unknowns, mut right) = (self.starts[block]..self.starts[block + 1], self.right.clone());
             let mut columns = Vec::with_capacity(unknowns.len() * unknowns.len());
-            for unknown in unknowns.clone() {
+            for (unknown, information) in unknowns.clone().zip(self.diagonal(block)) {
                 right.fill(0.0);
                 right[unknown] = 1.0;
-                columns.extend_from_slice(&self.solve_factorized(&right)[unknowns.clone()]);
+                let solution = self.solve_factorized(&right);
+                // By how much the other unknowns enlarge the variance of this one.
+                let inflation = solution[unknown] * information;
+                let is_determined = *information > 0.0 && inflation < MAX_VARIANCE_INFLATION;
+                columns.extend_from_slice(is_determined.then_some(&solution[unknowns.clone()])?);
             }
             columns.iter().all(|x| x.is_finite()).then_some(columns)
         };
         blocks.iter().map(inverse).collect()
+    }
+
+    /// The diagonal of a block.
+    fn diagonal(&self, block: usize) -> impl Iterator<Item = &f64> {
+        let size = self.starts[block + 1] - self.starts[block];
+        let first = self.columns[self.elimination.positions[block]][0].place;
+        self.values[first..].iter().step_by(size + 1).take(size)
     }
 
     /// Factorizes with each diagonal element enlarged by a share of itself. `None` when not positive

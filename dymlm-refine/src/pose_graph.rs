@@ -174,7 +174,8 @@ impl PoseGraph {
     ///
     /// # Errors
     ///
-    /// [`Error::UnknownPose`]; [`Error::Singular`] where no factor at all holds some motion.
+    /// [`Error::UnknownPose`]; [`Error::Singular`] where the factors do not hold some motion
+    /// of one of these poses.
     #[doc(alias = "marginals")]
     pub fn covariances(&self, solution: &Solution, of: &[usize]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
         let count = self.poses.len();

@@ -90,19 +90,16 @@ impl WaitingFrames {
         self.queue.iter()
     }
 
-    /// Gives the waiting frames new poses; `poses`: those of all frames, by id.
+    /// Gives the waiting frames new poses, and moves the carried objects in them alike; `poses`: those of all
+    /// frames, by id.
     pub(crate) fn take_over(&mut self, poses: &[Pose]) {
         for waiting in &mut self.queue {
-            if let Some(pose) = poses.get(waiting.id.get() as usize) {
-                waiting.world_from_camera = *pose;
+            let Some(&pose) = poses.get(waiting.id.get() as usize) else { continue };
+            let before = std::mem::replace(&mut waiting.world_from_camera, pose);
+            if before != pose {
+                let new_from_old = pose * before.inverse();
+                waiting.carried.iter_mut().for_each(|body| *body = body.transformed(&new_from_old));
             }
-        }
-    }
-
-    /// Moves the carried objects in the waiting frames with the world.
-    pub(crate) fn move_carried(&mut self, new_from_old: &Pose) {
-        for body in self.queue.iter_mut().flat_map(|waiting| &mut waiting.carried) {
-            *body = body.transformed(new_from_old);
         }
     }
 

@@ -172,6 +172,13 @@ fn of_equally_near_obstacles_the_lowest_is_the_answer() {
     }
     let nearest = map.nearest_obstacle([0.5; 3], 10.0).unwrap();
     assert_eq!(nearest.center, [-2.5, 0.5, 0.5]);
+    // Eight equal cells become one large leaf, here at higher x: the small one is still the lowest.
+    for cell in (0..8).map(|i| [2 + i % 2, i / 2 % 2, i / 4]) {
+        map.set_log_odds(cell.map(|c| f64::from(c) + 0.5), Some(2.0));
+    }
+    map.set_log_odds([-0.5, 0.5, 0.5], Some(2.0));
+    let nearest = map.nearest_obstacle([1.0, 0.5, 0.5], 10.0).unwrap();
+    assert_eq!((nearest.center, nearest.size), ([-0.5, 0.5, 0.5], 1.0));
 }
 
 proptest! {

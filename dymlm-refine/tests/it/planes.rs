@@ -215,6 +215,32 @@ fn what_nothing_holds_stays() {
     assert_eq!(graph.covariances(&solution, &[40]), Err(Error::UnknownPose { pose: 40, poses: 40 }));
 }
 
+/// A pose that no factor names, and a pose beside a pose of its kind: how well they are known is nothing that a
+/// number could say. What is known of the others stays.
+#[test]
+fn a_motion_that_nothing_holds_has_no_covariance() {
+    let information = std::array::from_fn(|row| std::array::from_fn(|k| if row == k { 7e4 } else { 0.0 }));
+    for poses in [6, 5] {
+        let mut graph = PoseGraph::new(loop_of(poses));
+        for [from, to] in [[0, 1], [1, 2], [3, 4]] {
+            let measured = loop_of(30)[7];
+            graph.add_relative(&RelativePose { from, to, measured, information }).unwrap();
+        }
+        let solution = graph.optimize(&SolverConfig::default()).unwrap();
+        for pose in 3..poses {
+            assert_eq!(graph.covariances(&solution, &[pose]), Err(Error::Singular), "pose {pose}");
+        }
+    }
+    let mut graph = PoseGraph::new(loop_of(3));
+    graph
+        .add_relative(&RelativePose { from: 0, to: 1, measured: Pose::default(), information })
+        .unwrap();
+    let solution = graph.optimize(&SolverConfig::default()).unwrap();
+    let known = graph.covariances(&solution, &[1]).unwrap()[0];
+    assert!((known[0][0] * 7e4 - 1.0).abs() < 0.2, "{known:?}");
+    assert_eq!(graph.covariances(&solution, &[1, 2]), Err(Error::Singular));
+}
+
 #[test]
 fn nothing_to_do_changes_nothing() {
     let truth = loop_of(20);

@@ -205,26 +205,29 @@ impl MapBuilder {
         Ok(Renaming { log, before, map, events }.finish())
     }
 
-    /// Stores the new poses of the frames.
+    /// Stores the new poses of the frames, and moves what is known of the last ones to the corrected world.
     fn take_over(&mut self, poses: &[Pose]) {
         let Some(log) = &mut self.map.past.log else { return };
-        let newest = log.frames.last().zip(poses.last()).map(|(old, new)| (old.world_from_camera, *new));
+        let newest = log.frames.len().checked_sub(1);
+        // What waits has not been seen by the steps that remember the frames before.
+        let first_waiting = self.waiting.iter().next().map(|waiting| waiting.id.get() as usize);
+        let processed = first_waiting.map_or(newest, |first| first.checked_sub(1));
+        let motion = |frame: Option<usize>| {
+            let (old, new) = (log.frames.get(frame?)?.world_from_camera, *poses.get(frame?)?);
+            (old != new).then(|| new * old.inverse())
+        };
+        let (given, processed) = (motion(newest), motion(processed));
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
         }
         self.waiting.take_over(poses);
-        if let Some((old, new)) = newest.filter(|(old, new)| old != new) {
-            self.follow_world(&(new * old.inverse()));
+        if let Some(new_from_old) = processed {
+            self.preprocessor.move_world(&new_from_old);
+            self.key_frames.move_world(&new_from_old);
         }
-    }
-
-    /// Moves what is known of the last frames, and carried objects, to the corrected world.
-    fn follow_world(&mut self, new_from_old: &Pose) {
-        self.preprocessor.move_world(new_from_old);
-        self.key_frames.move_world(new_from_old);
-        self.waiting.move_carried(new_from_old);
-        for body in self.carried.values_mut() {
-            *body = body.transformed(new_from_old);
+        if let Some(new_from_old) = given {
+            // These are in the next frame that is given.
+            self.carried.values_mut().for_each(|body| *body = body.transformed(&new_from_old));
         }
     }
 }
