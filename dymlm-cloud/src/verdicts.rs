@@ -1,6 +1,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use dymlm_core::vector3::bounds;
+
 use crate::block_store::Retained;
 use crate::paging::PageOut;
 use crate::static_cloud::{Source, StaticCloud};
@@ -47,6 +49,17 @@ impl Verdicts<'_> {
         let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
         let slots = self.kept.verdicts.ghost_blocks_since(&self.map.evidence, revision);
         slots.into_iter().filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
+    }
+
+    /// The box (lowest and highest corner, metres, world) around all places on which verdicts may have changed
+    /// after a [revision](CloudMap::evidence_revision); `None` when there are none.
+    pub fn changed_bounds_since(&self, revision: u32) -> Option<[[f64; 3]; 2]> {
+        let (blocks, cell_size) = (self.map.evidence.blocks(), self.cell_size());
+        let changed = blocks.stamps().after(revision).filter_map(|slot| blocks.keys().get(slot));
+        let [low, high] = bounds(changed.flat_map(|key| key.bounds(cell_size)));
+        // The cells beside a block vote on those of the block.
+        let around = [low.map(|c| c - cell_size), high.map(|c| c + cell_size)];
+        (low[0] <= high[0]).then_some(around)
     }
 }
 

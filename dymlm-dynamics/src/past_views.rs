@@ -7,6 +7,9 @@ use crate::surroundings::Surroundings;
 /// of a person's sway, old ones see that somebody has shifted in the seat. (Without the views between:
 /// residue of `fresh_90417_sitting_0` .35 to .68 %.)
 const AGES: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0, 32.0];
+/// Age at which a view is forgotten even if no newer one has taken its place, as after a pause, seconds. The
+/// oldest slot moves on within a second more than its age.
+const MAX_AGE: f64 = 33.0;
 
 /// Accuracy of poses and of places interpolated between readings, metres. A lower value takes pose errors for
 /// motion, a higher one misses the sway of somebody near the camera.
@@ -63,6 +66,11 @@ impl PastViews {
         for view in &mut self.views {
             view.camera_from_world = view.camera_from_world * old_from_new;
         }
+    }
+
+    /// Forgets what is too old at a time: poses have drifted and things were moved since.
+    pub(crate) fn forget_old(&mut self, now: f64) {
+        self.views.retain(|view| view.age(now) <= MAX_AGE);
     }
 
     /// Measures how well each view fits a frame: the typical distance between what both read outside of the
@@ -149,16 +157,33 @@ mod tests {
 
     use super::*;
 
+    fn remember(past: &mut PastViews, now: f64) {
+        let camera = PinholeCamera::new(8, 8, 8.0, 8.0, 3.5, 3.5).unwrap();
+        let depth = DepthImage::new(8, 8, vec![1.0; 64]).unwrap();
+        let frame = Frame::new(now, camera, depth, None).unwrap();
+        past.forget_old(now);
+        past.remember(&frame, &Pose::identity(), &SensorModel::kinect());
+    }
+
+    #[test]
+    fn a_pause_leaves_no_view_from_before_it() {
+        let mut past = PastViews::default();
+        (0..40).for_each(|second| remember(&mut past, f64::from(second)));
+        assert_eq!(past.iter().count(), AGES.len());
+        remember(&mut past, 60.0);
+        assert!(past.iter().all(|view| view.age(60.0) <= MAX_AGE));
+        assert!(past.iter().count() > 3, "it was a short one");
+        remember(&mut past, 3600.0);
+        assert_eq!(past.iter().count(), 1);
+    }
+
     #[test]
     fn views_of_every_age_are_kept_whatever_the_frame_rate() {
-        let camera = PinholeCamera::new(8, 8, 8.0, 8.0, 3.5, 3.5).unwrap();
         for frame_rate in [2.0, 10.0, 60.0] {
             let mut past = PastViews::default();
             for index in 0..(100.0 * frame_rate) as u32 {
                 let now = f64::from(index) / frame_rate;
-                let depth = DepthImage::new(8, 8, vec![1.0; 64]).unwrap();
-                let frame = Frame::new(now, camera, depth, None).unwrap();
-                past.remember(&frame, &Pose::identity(), &SensorModel::kinect());
+                remember(&mut past, now);
                 let ages: Vec<f64> = past.iter().map(|view| view.age(now)).collect();
                 assert!(ages.is_sorted_by(|a, b| a > b));
                 if now > 50.0 {

@@ -144,6 +144,7 @@ impl Preprocessor {
         let found = detections.unwrap_or(&[]);
         Self::check(frame, found)?;
         self.tracker.check_time(frame.timestamp())?;
+        self.past_views.forget_old(frame.timestamp());
         self.track(frame, detections, world_from_camera)?;
         self.find_foregrounds(frame, found, world_from_camera)?;
         self.remember_depths();

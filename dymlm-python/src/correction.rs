@@ -6,7 +6,7 @@ use dymlm::core::{FrameId, Numbered};
 use dymlm::{CorrectionReport, LoopClosure, RefineReport, ThingChanges};
 use pyo3::prelude::*;
 
-use crate::pose::PoseArgument;
+use crate::pose::{PoseArgument, PyPose};
 
 /// What a correction of poses has done.
 #[pyclass(frozen, get_all, name = "CorrectionReport", module = "dymlm")]
@@ -18,6 +18,8 @@ pub(crate) struct PyCorrectionReport {
     moved_key_frames: usize,
     /// Upper bound of how far a reading has moved, metres.
     largest_motion: f64,
+    /// How the newest frame, and so what goes on from it, has moved: a Pose, the identity when it stayed.
+    new_from_old: PyPose,
     /// How the planes changed, a ThingChanges.
     planes: PyThingChanges,
     /// How the objects changed, a ThingChanges.
@@ -37,6 +39,7 @@ impl PyCorrectionReport {
             key_frames: report.key_frames,
             moved_key_frames: report.moved_key_frames,
             largest_motion: report.largest_motion,
+            new_from_old: PyPose(report.new_from_old),
             planes: PyThingChanges::of(&report.planes),
             objects: PyThingChanges::of(&report.objects),
         }

@@ -9,7 +9,7 @@ use crate::detection::DetectionsArgument;
 use crate::error::{OrRaise, refused};
 use crate::exclusive::Exclusive;
 use crate::frame::PyFrame;
-use crate::pose::PyPose;
+use crate::pose::{PoseArgument, PyPose};
 
 /// Follows an object of the map while somebody carries it, in six degrees of freedom. Made by
 /// `MapBuilder.track_object`.
@@ -43,6 +43,16 @@ impl PyObjectTracker {
             Ok::<_, dymlm::tracking::Error>(told)
         };
         self.tracker.with(py, track)?.or_raise()
+    }
+
+    /// Converts what is known of the object after the world was moved, as by `MapBuilder.correct_poses`: its
+    /// report has `new_from_old`. Poses of later frames are in the new world. Track a frame before the builder is
+    /// told of the object again.
+    fn move_world(&self, py: Python<'_>, new_from_old: PoseArgument) -> PyResult<()> {
+        self.tracker.with(py, |(tracker, last)| {
+            tracker.move_world(&new_from_old.0);
+            *last = None;
+        })
     }
 }
 

@@ -8,8 +8,8 @@
 //! - [`p3p`], [`PoseRansac`], [`PoseRefiner`]: poses from 3D points, from pixels, or from both;
 //! - [`ObjectTracker`]: all of these, with states for occluded, lost, found again and at rest.
 //!
-//! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits on any machine whose f32
-//! and f64 follow IEEE 754.
+//! Images are grey, f32, 0..=1 ([`GrayImage`]). The same input gives the same bits in each run of a program on a
+//! machine. (Other machines may have another library of mathematics, whose `exp` and `acos` differ.)
 
 mod error;
 mod flow;

@@ -48,17 +48,19 @@ impl MultiLevelMap {
         let Self { cloud, octree, planes, objects, ghost_removal, .. } = self;
         let verdicts = cloud.verdicts();
         let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(ghost_removal.revision).collect();
+        // What was gone may be back where no ghost is.
+        let looked_at = verdicts.changed_bounds_since(ghost_removal.revision);
         ghost_removal.revision = cloud.evidence_revision();
-        if boxes.is_empty() {
-            return Vec::new();
-        }
         let region = bounds(boxes.iter().flatten().copied());
 
         let half = 0.5 * octree.resolution();
         // The planes take about as long as octree and objects together.
         let judge_planes =
-            || planes.judge(boxes.iter().copied(), FREE_SHARE, |place| verdicts.is_free(place));
+            || planes.judge(boxes.iter().copied(), looked_at, FREE_SHARE, |place| verdicts.is_free(place));
         let free_others = || {
+            if boxes.is_empty() {
+                return Vec::new();
+            }
             octree.free_cells(boxes.iter().copied(), |center| is_ghost_cell(&verdicts, center, half));
             objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
         };

@@ -75,7 +75,7 @@ pub fn saved_planes(bytes: &[u8]) {
     let _ = map.plane_under([0.1, 0.2, 1.0], [0.0, 0.0, 1.0], 3.0);
     load(saved(|sink| map.save_state(None, sink))).unwrap();
     let _ = map.remove(FrameId::new(u64::from(bytes.last().copied().unwrap_or_default()) % 12));
-    map.judge([[[-1.0; 3], [1.0; 3]]], 0.5, |place| Some(place[2] > 0.5));
+    map.judge([[[-1.0; 3], [1.0; 3]]], Some([[-2.0; 3], [2.0; 3]]), 0.5, |place| Some(place[2] > 0.5));
     map.forget_outside(next.world_from_camera.translation(), 2.0);
     load(saved(|sink| map.save_state(None, sink))).unwrap();
 }

@@ -102,7 +102,26 @@ impl BoxKalman {
     /// The box of the state; `None` when it exceeds the range of f32.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
         let width = (self.area.value * self.aspect).sqrt();
-        let height = self.area.value / width;
+        self.box_of_size([width, self.area.value / width])
+    }
+
+    /// The same for a box that has not been measured since the state's area was `area`, and the box itself of
+    /// this width and height: the state's centre, and the box's sides with the trend of the state's area. It
+    /// shrinks as that of a thing that recedes at constant speed, s / (1 + x)^2 with x = -s' t / (2 s): to first
+    /// order as the state's area, but it never comes near zero. In a step of a second the state's area would, as
+    /// soon as somebody walks away.
+    pub(super) fn box_since(&self, area: f64, [width, height]: [f64; 2]) -> Option<BoundingBox> {
+        let shrunk = 0.5 * (area - self.area.value) / area;
+        let factor = if shrunk > 0.0 { 1.0 / (1.0 + shrunk) } else { (self.area.value / area).sqrt() };
+        self.box_of_size([width * factor, height * factor])
+    }
+
+    /// Area of the state, square pixels.
+    pub(super) fn area(&self) -> f64 {
+        self.area.value
+    }
+
+    fn box_of_size(&self, [width, height]: [f64; 2]) -> Option<BoundingBox> {
         let (left, top) = (self.u.value - 0.5 * width, self.v.value - 0.5 * height);
         let (right, bottom) = (left + width, top + height);
         BoundingBox::new(left as f32, top as f32, right as f32, bottom as f32).ok()

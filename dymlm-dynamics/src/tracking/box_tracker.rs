@@ -62,6 +62,8 @@ pub struct BoxTracker {
     last_timestamp: Option<f64>,
     /// Time of the last frame on which the detector ran.
     last_look: f64,
+    /// Seconds between the last frames on which it ran, the newest first; infinite before there are any.
+    look_intervals: [f64; 2],
     last_view: Option<View>,
     boxes: Vec<TrackedBox>,
     scratch: Scratch,
@@ -72,6 +74,10 @@ struct Track {
     id: TrackId,
     label: Arc<str>,
     filter: BoxKalman,
+    /// The area of the filter's box and the sides of the detected one when it was seen last, as the camera would
+    /// see them from where it is now, pixels.
+    seen_area: f64,
+    seen_size: [f64; 2],
     score: f32,
     first_seen: f64,
     last_seen: f64,
@@ -107,6 +113,7 @@ impl BoxTracker {
             next_id: 0,
             last_timestamp: None,
             last_look: f64::NEG_INFINITY,
+            look_intervals: [f64::INFINITY; 2],
             last_view: None,
             boxes: Vec::new(),
             scratch: Scratch::default(),
@@ -146,6 +153,7 @@ impl BoxTracker {
     ) -> Result<&[TrackedBox], Error> {
         let elapsed = self.check_time(timestamp)?;
         self.move_on(elapsed, view);
+        self.look_intervals = [timestamp - self.last_look, self.look_intervals[0]];
         self.last_look = timestamp;
         self.choose_candidates(detections, wanted);
         self.associate(timestamp, detections);
@@ -218,7 +226,10 @@ impl BoxTracker {
     fn move_on(&mut self, elapsed: f64, view: Option<&View>) {
         for track in &mut self.tracks {
             if let (Some(before), Some(now)) = (&self.last_view, view) {
-                track.depth = ego_motion::compensate(&mut track.filter, track.depth, before, now);
+                let scale;
+                (track.depth, scale) = ego_motion::compensate(&mut track.filter, track.depth, before, now);
+                track.seen_area *= scale * scale;
+                track.seen_size = track.seen_size.map(|side| side * scale);
             }
             track.filter.predict(elapsed);
             track.matched = None;
@@ -246,11 +257,11 @@ impl BoxTracker {
             let (strong, weak) = of_label.split_at(strong);
             self.pair(timestamp, detections, strong, |_, predicted, found| predicted.iou(found));
             self.pair(timestamp, detections, weak, |_, predicted, found| predicted.iou(found));
-            let memory = self.config.max_age + TIME_SLACK;
+            let memory = self.memory();
             self.pair(timestamp, detections, strong, |track, predicted, found| {
                 let elapsed = timestamp - track.last_seen;
                 let is_new = track.misses == 0 && elapsed <= memory;
-                if is_new { likeness_within_reach(predicted, found, elapsed) } else { 0.0 }
+                if is_new { track.likeness_within_reach(predicted.center(), found, elapsed) } else { 0.0 }
             });
         }
         self.scratch.candidates = candidates;
@@ -274,7 +285,7 @@ impl BoxTracker {
         for (index, track) in self.tracks.iter().enumerate() {
             if track.matched.is_none()
                 && *track.label == *label
-                && let Some(predicted) = track.filter.bounding_box()
+                && let Some(predicted) = track.predicted_box()
             {
                 open_tracks.push(index);
                 let found = open_detections.iter().map(|&index| detections[index].bounding_box());
@@ -300,10 +311,13 @@ impl BoxTracker {
         }));
         for &candidate in &*open {
             let detection = &detections[candidate];
+            let filter = BoxKalman::new(&detection.bounding_box());
             self.tracks.push(Track {
                 id: TrackId::new(self.next_id),
                 label: known_label(&self.tracks, detection.label()),
-                filter: BoxKalman::new(&detection.bounding_box()),
+                seen_area: filter.area(),
+                seen_size: size_of(detection),
+                filter,
                 score: detection.score(),
                 first_seen: timestamp,
                 last_seen: timestamp,
@@ -315,10 +329,18 @@ impl BoxTracker {
         }
     }
 
+    /// How long a track without a detection is remembered, seconds: as long as it takes a detector at its usual
+    /// pace to miss it once and look again. A pause is not its pace.
+    fn memory(&self) -> f64 {
+        let [newest, before] = self.look_intervals;
+        let interval = newest.min(before);
+        let two_looks = if interval.is_finite() { 2.0 * interval } else { 0.0 };
+        self.config.max_age.max(self.config.max_coast).max(two_looks) + TIME_SLACK
+    }
+
     fn forget_lost(&mut self, timestamp: f64) {
-        let max_age = self.config.max_age.max(self.config.max_coast);
-        self.tracks
-            .retain(|track| track.matched.is_some() || timestamp - track.last_seen <= max_age + TIME_SLACK);
+        let memory = self.memory();
+        self.tracks.retain(|track| track.matched.is_some() || timestamp - track.last_seen <= memory);
         if self.tracks.len() > MAX_TRACKS {
             // Those seen last are kept; among those seen at the same time, the older ones.
             self.tracks.sort_by(|a, b| b.last_seen.total_cmp(&a.last_seen).then(a.id.cmp(&b.id)));
@@ -339,7 +361,8 @@ impl BoxTracker {
     fn box_of(&self, track: &Track, timestamp: f64) -> Option<TrackedBox> {
         let age = track.last_seen - track.first_seen;
         let is_confirmed = age >= self.config.confirm_after - TIME_SLACK;
-        let filtered_box = track.filter.bounding_box();
+        let filtered_box =
+            if track.matched.is_some() { track.filter.bounding_box() } else { track.predicted_box() };
         let (source, bounding_box) = match track.matched {
             Some((detection, bounding_box)) => (BoxSource::Detected { detection }, bounding_box),
             None if track.misses == 0 || (is_confirmed && self.coasts(track)) => {
@@ -371,30 +394,43 @@ fn is_taken(tracks: &[Track], detection: usize) -> bool {
     tracks.iter().any(|track| track.matched.is_some_and(|(index, _)| index == detection))
 }
 
-/// Likeness of a detection and a track's predicted box after `elapsed` seconds: the intersection over union
-/// of both boxes when centred on each other, decreasing with their distance; 0 when they are farther apart
-/// than the person in the box can have walked.
-///
-/// Nobody walks farther than their own height, 1.7 m, in a second. A detector that runs once a second gives
-/// boxes that do not even overlap (`misses_are_bridged_at_every_frame_rate`).
-fn likeness_within_reach(predicted: &BoundingBox, found: &BoundingBox, elapsed: f64) -> f64 {
-    let [width, height] = [predicted.width().min(found.width()), predicted.height().min(found.height())];
-    let shared = f64::from(width * height);
-    let likeness = shared / (f64::from(predicted.area() + found.area()) - shared);
-    let ([x, y], [other_x, other_y]) = (predicted.center(), found.center());
-    let apart = f64::from((x - other_x).hypot(y - other_y));
-    let reach = elapsed * f64::from(predicted.height().max(found.height()));
-    if apart < reach { likeness * (1.0 - apart / reach) } else { 0.0 }
-}
-
 impl Track {
+    /// The box in the present frame, as long as none was found.
+    fn predicted_box(&self) -> Option<BoundingBox> {
+        self.filter.box_since(self.seen_area, self.seen_size)
+    }
+
+    /// Likeness of a detection and the track whose centre is predicted `elapsed` seconds after it was seen: the
+    /// intersection over union of its box as it was seen and the detection's when centred on each other,
+    /// decreasing with their distance; 0 when they are farther apart than the person in the box can have walked.
+    ///
+    /// Nobody walks farther than their own height, 1.7 m, in a second; that is the longest side of the box,
+    /// whichever way up the camera is. A detector that runs once a second gives boxes that do not even overlap
+    /// (`misses_are_bridged_at_every_frame_rate`).
+    fn likeness_within_reach(&self, [x, y]: [f32; 2], found: &BoundingBox, elapsed: f64) -> f64 {
+        let ([width, height], found_size) = (self.seen_size, [found.width(), found.height()].map(f64::from));
+        let shared = width.min(found_size[0]) * height.min(found_size[1]);
+        let likeness = shared / (width * height + found_size[0] * found_size[1] - shared);
+        let [found_x, found_y] = found.center();
+        let apart = f64::from((x - found_x).hypot(y - found_y));
+        let reach = elapsed * [width, height].into_iter().chain(found_size).fold(0.0, f64::max);
+        if apart < reach { likeness * (1.0 - apart / reach) } else { 0.0 }
+    }
+
     fn take(&mut self, timestamp: f64, index: usize, detection: &Detection) {
         self.filter.update(&detection.bounding_box());
+        (self.seen_area, self.seen_size) = (self.filter.area(), size_of(detection));
         self.score = detection.score();
         self.last_seen = timestamp;
         self.misses = 0;
         self.matched = Some((index, detection.bounding_box()));
     }
+}
+
+/// Width and height of a detection's box, pixels.
+fn size_of(detection: &Detection) -> [f64; 2] {
+    let found = detection.bounding_box();
+    [found.width(), found.height()].map(f64::from)
 }
 
 /// By label, then by descending score, then by place.

@@ -31,7 +31,8 @@ pub struct TrackerConfig {
     /// detector is.
     pub max_coast: f64,
     /// How long a track without a detection is remembered, seconds; 0..=600, default 1 (`ByteTrack`'s 30
-    /// frames). A value below `max_coast` counts as `max_coast`.
+    /// frames). A value below `max_coast` counts as `max_coast`, and a value below two of the intervals at
+    /// which the detector runs counts as these, so that a miss can be bridged at any rate.
     pub max_age: f64,
 }
 

@@ -150,6 +150,73 @@ fn expected_depth_follows_the_camera() {
     assert!((tracker.boxes()[0].expected_depth.unwrap() - 2.5).abs() < 1e-6);
 }
 
+/// Half a metre wide and 1.7 m tall, at a depth and so far to the right of the camera, metres.
+fn walker([right, depth]: [f32; 2]) -> [f32; 4] {
+    let [left, top, end, bottom] = [right - 0.25, -1.0, right + 0.25, 0.7].map(|c| 525.0 * c / depth);
+    let (left, end) = ((319.5 + left).clamp(0.0, 640.0), (319.5 + end).clamp(0.0, 640.0));
+    let (top, bottom) = ((239.5 + top).clamp(0.0, 480.0), (239.5 + bottom).clamp(0.0, 480.0));
+    [left, top, end - left, bottom - top]
+}
+
+/// Who walks away becomes smaller by half from one frame to the next: the trend of the area would make them
+/// vanish. The detector runs five times, twice and once a second.
+#[test]
+fn who_walks_away_stays_one_track_at_every_frame_rate() {
+    for (rate, start, speed) in [5.0, 2.0, 1.0]
+        .into_iter()
+        .flat_map(|rate| [1.5, 2.0, 2.5, 3.0].map(|start| (rate, start)))
+        .flat_map(|(rate, start)| [0.7, 0.8, 0.9, 1.0, 1.1, 1.2].map(|speed| (rate, start, speed)))
+    {
+        let mut tracker = tracker();
+        let place = |time: f32| walker([0.1, start + speed * time]);
+        let times = || (0_u8..).map(|step| f32::from(step) / rate).take_while(|&time| time <= 4.0);
+        for time in times() {
+            let found = [detection("person", 0.9, place(time))];
+            let boxes = tracker.update(time.into(), &found, None).unwrap();
+            assert_eq!(ids(boxes), [0], "{rate} Hz, from {start} m at {speed} m/s, after {time} s");
+        }
+        // Missed once, they are about where they were seen to go; the filter's trend lags behind.
+        let time = 4.0 + 1.0 / rate;
+        let boxes = tracker.update(time.into(), &[], None).unwrap();
+        let [x, y, width, height] = place(time);
+        let there = BoundingBox::new(x, y, x + width, y + height).unwrap();
+        assert!(boxes[0].bounding_box.iou(&there) > 0.4, "{rate} Hz: {:?} {there:?}", boxes[0]);
+    }
+}
+
+/// At one frame a second, upright and with the camera on its side.
+#[test]
+fn who_walks_across_the_view_stays_one_track_whichever_way_up_the_camera_is() {
+    for speed in [0.3, 0.5, 0.8, 1.1] {
+        for is_on_side in [false, true] {
+            let mut tracker = tracker();
+            for step in 0_u8..4 {
+                let [x, y, width, height] = walker([-0.8 + speed * f32::from(step), 2.5]);
+                let place = if is_on_side { [y, x, height, width] } else { [x, y, width, height] };
+                let boxes = tracker.update(step.into(), &[detection("person", 0.9, place)], None).unwrap();
+                assert_eq!(ids(boxes), [0], "{speed} m/s, on its side: {is_on_side}, frame {step}");
+            }
+        }
+    }
+}
+
+/// A detector at half a hertz and one that is a little late do not make a pause.
+#[test]
+fn a_slow_detector_may_miss_somebody_once() {
+    for interval in [1.002, 2.0, 5.0] {
+        let mut tracker = tracker();
+        for step in 0_u8..8 {
+            let found = [person(f32::from(step) * 5.0)];
+            let found = if step % 3 == 2 { &[][..] } else { &found[..] };
+            let boxes = tracker.update(interval * f64::from(step), found, None).unwrap();
+            assert_eq!(ids(boxes), [0], "{interval} s, look {step}");
+        }
+        // A minute later they are somebody else, and nobody is predicted from before.
+        let time = interval * 7.0 + 60.0;
+        assert!(tracker.update(time, &[], None).unwrap().is_empty(), "{interval} s");
+    }
+}
+
 #[test]
 fn refused_times_change_nothing() {
     let mut tracker = tracker();

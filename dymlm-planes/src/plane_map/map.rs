@@ -8,7 +8,6 @@ mod renaming;
 #[cfg(feature = "state")]
 mod saved_state;
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use dymlm_core::paging::{FiledMap, PageFile};
@@ -62,8 +61,6 @@ pub struct PlaneMap {
     criterion: Criterion,
     pub(super) planes: SharedMap<Birth, MapPlane>,
     index: PlaneIndex,
-    /// The planes that were judged to be gone, and some that have left the map or came back since.
-    gone: BTreeSet<Birth>,
     pub(super) key_frames: FiledMap<FrameId, KeyFrame>,
     /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
@@ -95,7 +92,6 @@ impl PlaneMap {
             sensor,
             planes: SharedMap::default(),
             index: PlaneIndex::default(),
-            gone: BTreeSet::new(),
             key_frames: FiledMap::default(),
             merged: MergedIds::default(),
             gaps: GapRecord::default(),

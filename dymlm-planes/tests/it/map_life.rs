@@ -341,7 +341,7 @@ mod saved_state {
             1 => map.forget_outside([0.3 * (which % 7) as f64, 1.0, 0.5], 1.5 + 0.2 * (which % 5) as f64),
             2 => {
                 let corner = [0.4 * (which % 5) as f64 - 1.0, -3.0, -3.0];
-                map.judge([[corner, corner.map(|c| c + 1.0)]], 0.5, |place| Some(place[2] > 0.5));
+                map.judge([[corner, corner.map(|c| c + 1.0)]], None, 0.5, |place| Some(place[2] > 0.5));
             }
             _ => drop(insert(map, &frames[which % frames.len()])),
         }

@@ -79,16 +79,23 @@ fn what_is_gone_stays_gone_when_another_body_takes_a_part_of_it() {
     let mut mapper = map(3);
     let id = board(mapper.map());
     let is_confirmed = |mapper: &PlaneMapper| mapper.map().plane(id).unwrap().is_confirmed();
-    mapper.map_mut().judge([[[-1.0; 3], [2.0; 3]]], 0.5, |place| Some(is_board(place)));
+    mapper.map_mut().judge([[[-1.0; 3], [2.0; 3]]], None, 0.5, |place| Some(is_board(place)));
     assert!(!is_confirmed(&mapper));
     let half_of_it = |place: [f64; 3]| is_board(place) && place[0] < -0.35;
     mapper.map_mut().move_body(&Pose::identity(), half_of_it).unwrap();
     assert!(!is_confirmed(&mapper));
-    // Without a look at it the judgement stays, and what is gone is judged again with any other place.
+    // Without a look at it the judgement stays.
     let mut looked_at = mapper.map().clone();
-    looked_at.judge([], 0.5, |place| Some(is_board(place)));
+    looked_at.judge([], Some([[-1.0; 3], [2.0; 3]]), 0.5, |place| Some(is_board(place)));
     assert!(!looked_at.plane(id).unwrap().is_confirmed());
-    looked_at.judge([], 0.5, |_| Some(false));
+    let asked = std::cell::Cell::new(0);
+    looked_at.judge([], Some([[5.0; 3], [9.0; 3]]), 0.5, |_| {
+        asked.set(asked.get() + 1);
+        Some(false)
+    });
+    let is_back = looked_at.plane(id).unwrap().is_confirmed();
+    assert_eq!((asked.get(), is_back), (0, false), "nobody looked at its place");
+    looked_at.judge([], Some([[-1.0; 3], [2.0; 3]]), 0.5, |_| Some(false));
     assert!(looked_at.plane(id).unwrap().is_confirmed());
 
     // Put down elsewhere it is there, until that place is judged.

@@ -397,6 +397,12 @@ class ObjectTracker:
     def track(self, frame: Frame) -> ObjectUpdate:
         """Finds the object in the next Frame, which needs colours. Returns an ObjectUpdate."""
 
+    def move_world(self, new_from_old: _PoseLike) -> None:
+        """Converts what is known of the object after the world was moved, as by `MapBuilder.correct_poses`: its
+        report has `new_from_old`. Poses of later frames are in the new world. Track a frame before the builder is
+        told of the object again.
+        """
+
 @final
 class ObjectUpdate:
     """Where a carried object is in a frame."""
@@ -590,6 +596,10 @@ class CorrectionReport:
     @property
     def largest_motion(self) -> float:
         """Upper bound of how far a reading has moved, metres."""
+
+    @property
+    def new_from_old(self) -> Pose:
+        """How the newest frame, and so what goes on from it, has moved: a Pose, the identity when it stayed."""
 
     @property
     def planes(self) -> ThingChanges:

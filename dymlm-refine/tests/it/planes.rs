@@ -232,9 +232,7 @@ fn a_motion_that_nothing_holds_has_no_covariance() {
         }
     }
     let mut graph = PoseGraph::new(loop_of(3));
-    graph
-        .add_relative(&RelativePose { from: 0, to: 1, measured: Pose::default(), information })
-        .unwrap();
+    graph.add_relative(&RelativePose { from: 0, to: 1, measured: Pose::default(), information }).unwrap();
     let solution = graph.optimize(&SolverConfig::default()).unwrap();
     let known = graph.covariances(&solution, &[1]).unwrap()[0];
     assert!((known[0][0] * 7e4 - 1.0).abs() < 0.2, "{known:?}");

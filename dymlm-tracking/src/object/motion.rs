@@ -94,6 +94,15 @@ impl Motion {
         };
     }
 
+    /// Converts everything after the world frame was moved.
+    pub(super) fn move_world(&mut self, new_from_old: &Pose) {
+        self.pose = *new_from_old * self.pose;
+        self.rate = rotations(new_from_old) * self.rate;
+        for covariance in [&mut self.pose_covariance, &mut self.cross_covariance, &mut self.rate_covariance] {
+            *covariance = turned(covariance, new_from_old);
+        }
+    }
+
     /// Notes that the object has stood still until now.
     pub(super) fn stand(&mut self, time: f64) {
         self.time = time;
@@ -149,12 +158,18 @@ fn in_world(covariance: &[[f64; 6]; 6], world_from_camera: &Pose) -> Matrix6<f64
 
 /// A covariance in the axes of another frame.
 fn turned(covariance: &Matrix6<f64>, to_from: &Pose) -> Matrix6<f64> {
+    let both = rotations(to_from);
+    both * covariance * both.transpose()
+}
+
+/// The matrix that takes six numbers, rotations and translations, to the axes of another frame.
+fn rotations(to_from: &Pose) -> Matrix6<f64> {
     let rows = to_from.rotation_matrix();
     let rotation = Matrix3::from_fn(|row, column| rows[row][column]);
     let mut both = Matrix6::zeros();
     both.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
     both.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
-    both * covariance * both.transpose()
+    both
 }
 
 #[cfg(test)]

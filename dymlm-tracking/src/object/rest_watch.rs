@@ -40,6 +40,11 @@ impl RestWatch {
         self.is_resting
     }
 
+    /// Converts the poses after the world frame was moved.
+    pub(super) fn move_world(&mut self, new_from_old: &Pose) {
+        (self.anchor, self.place) = (*new_from_old * self.anchor, *new_from_old * self.place);
+    }
+
     /// Takes the pose of a frame; reports a new place of rest once.
     pub(super) fn observe(&mut self, pose: &Pose, time: f64, limits: RestLimits) -> Option<RestReport> {
         if !limits.holds(&self.anchor, pose, if self.is_resting { LEAVING } else { 1.0 }) {

@@ -108,6 +108,34 @@ fn follow(sequence: &Sequence, has_depth: bool) -> Outcome {
     Outcome { distances, angles, misses, losses, rests, last: last.unwrap() }
 }
 
+/// A loop closure moves the world by 30 cm and turns it; once while the box stands, once while it is carried.
+#[test]
+fn a_moved_world_moves_no_object() {
+    let sequence = sequence(CarriedKind::Box, CarriedMotion::RotationZ, 86);
+    let new_from_old = Pose::new([0.3, -0.2, 0.1], [0.1, 0.2, 0.3, 0.927_361_849]).unwrap();
+    for closure in [8, 40] {
+        let mut frames = sequence.frames();
+        let mut tracker = start(&frames.next().unwrap());
+        let (mut moved_tracker, mut world) = (tracker.clone(), Pose::identity());
+        for (index, frame) in frames.enumerate() {
+            if index == closure {
+                world = new_from_old;
+                moved_tracker.move_world(&world);
+            }
+            let stays = tracker.track(&frame.frame, &[], &frame.world_from_camera).unwrap();
+            let moved = moved_tracker.track(&frame.frame, &[], &(world * frame.world_from_camera)).unwrap();
+            assert_eq!(moved.state, stays.state, "frame {index}");
+            let expected = world * stays.world_from_object;
+            assert!(moved.world_from_object.distance(&expected) < 1e-3, "frame {index}");
+            assert!(moved.world_from_object.angle(&expected) < 5e-3, "frame {index}");
+            assert_eq!(moved.came_to_rest.is_some(), stays.came_to_rest.is_some(), "frame {index}");
+            for (moved, stays) in moved.came_to_rest.iter().zip(&stays.came_to_rest) {
+                assert!(moved.moved_from.distance(&(world * stays.moved_from)) < 1e-3);
+            }
+        }
+    }
+}
+
 fn median(values: &[f64]) -> f64 {
     values[values.len() / 2]
 }

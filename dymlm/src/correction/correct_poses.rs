@@ -18,7 +18,9 @@ impl MapBuilder {
     ///
     /// Any frames may be given, in any order. A frame between two given ones moves with both, more with the
     /// one nearer in time. Frames after the last given one move with it, and the next frame's pose must be
-    /// one in the corrected world. Frames before the first given one stay.
+    /// one in the corrected world. Frames before the first given one stay. Trackers of carried objects follow by
+    /// [`ObjectTracker::move_world`](dymlm_tracking::ObjectTracker::move_world), with the report's
+    /// [`new_from_old`](CorrectionReport::new_from_old).
     ///
     /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
     /// movers and planes: when the first one that moved is among the last twenty, at most twice as many as
@@ -136,11 +138,11 @@ impl MapBuilder {
         for waiting in self.waiting.iter() {
             self.check_pose(&waiting.frame, &poses[waiting.id.get() as usize])?;
         }
-        let report = match first_changed {
+        let mut report = match first_changed {
             Some(first_changed) => self.rebuild(first_changed, poses, watch)?,
             None => CorrectionReport::unchanged(log.key_frames().count()),
         };
-        self.take_over(poses);
+        report.new_from_old = self.take_over(poses);
         if first_changed.is_some() {
             self.publish_change();
         }
@@ -178,6 +180,7 @@ impl MapBuilder {
             key_frames: log.key_frames().count(),
             moved_key_frames: motions.len(),
             largest_motion: motions.into_iter().fold(0.0, f64::max),
+            new_from_old: Pose::identity(),
             planes: rebuilt.planes,
             objects: rebuilt.objects,
         };
@@ -206,8 +209,9 @@ impl MapBuilder {
     }
 
     /// Stores the new poses of the frames, and moves what is known of the last ones to the corrected world.
-    fn take_over(&mut self, poses: &[Pose]) {
-        let Some(log) = &mut self.map.past.log else { return };
+    /// Returns how the newest frame has moved.
+    fn take_over(&mut self, poses: &[Pose]) -> Pose {
+        let Some(log) = &mut self.map.past.log else { return Pose::identity() };
         let newest = log.frames.len().checked_sub(1);
         // What waits has not been seen by the steps that remember the frames before.
         let first_waiting = self.waiting.iter().next().map(|waiting| waiting.id.get() as usize);
@@ -229,5 +233,6 @@ impl MapBuilder {
             // These are in the next frame that is given.
             self.carried.values_mut().for_each(|body| *body = body.transformed(&new_from_old));
         }
+        given.unwrap_or_else(Pose::identity)
     }
 }

@@ -1,4 +1,4 @@
-use dymlm_core::{ObjectId, PlaneId};
+use dymlm_core::{ObjectId, PlaneId, Pose};
 
 /// What a correction of poses has done.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +12,10 @@ pub struct CorrectionReport {
     /// Bound of how far a reading has moved by the change of its key frame's pose, metres: the largest sum of
     /// the translation, and the rotation times the sensor's range.
     pub largest_motion: f64,
+    /// The motion of the newest frame, `new_from_old`, with which everything moves that goes on from it: the poses
+    /// of frames to come, and what is followed outside of the maps
+    /// ([`ObjectTracker::move_world`](dymlm_tracking::ObjectTracker::move_world)). The identity when it stayed.
+    pub new_from_old: Pose,
     /// The planes.
     pub planes: ThingChanges<PlaneId>,
     /// The objects.
@@ -25,6 +29,7 @@ impl CorrectionReport {
             key_frames,
             moved_key_frames: 0,
             largest_motion: 0.0,
+            new_from_old: Pose::identity(),
             planes: ThingChanges::none(),
             objects: ThingChanges::none(),
         }

@@ -73,7 +73,10 @@ fn a_moved_world_is_the_map_of_moved_poses() {
     let new_from_old = Pose::new([3.0, -1.0, 0.5], [0.0, 0.0, 0.6, 0.8]).unwrap();
 
     let mut moved = mapped(&still);
-    moved.transform(&new_from_old).unwrap();
+    let report = moved.transform(&new_from_old).unwrap();
+    assert!(
+        report.new_from_old.distance(&new_from_old) < 1e-9 && report.new_from_old.angle(&new_from_old) < 1e-9
+    );
     let mut direct = MapBuilder::new(with_history()).unwrap();
     for frame in &still {
         direct.insert(&frame.frame, &frame.detections, &(new_from_old * frame.world_from_camera)).unwrap();

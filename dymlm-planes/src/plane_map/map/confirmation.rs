@@ -17,25 +17,24 @@ impl PlaneMap {
     /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world). A plane is
     /// gone, and not confirmed until judged otherwise, when more than `gone_share` of its inliers stand in
     /// free space, among those of which something is known. `is_free` tells whether a place is free space;
-    /// `None` = unknown. Earlier judgements outside the boxes stay.
+    /// `None` = unknown. `looked_at` is a box around all that is known better than before: what lies in it of
+    /// planes that are gone is judged as well, since they may be back. All other judgements stay.
     ///
-    /// O(inliers in the boxes and of planes that are gone).
+    /// O(inliers in the boxes, and those in `looked_at` of planes that are gone).
     pub fn judge(
         &mut self,
         boxes: impl IntoIterator<Item = [[f64; 3]; 2]>,
+        looked_at: Option<[[f64; 3]; 2]>,
         gone_share: f64,
         is_free: impl Fn([f64; 3]) -> Option<bool>,
     ) {
-        let regions = boxes.into_iter().map(|corners| VoxelBox::around(corners, self.config.voxel_size));
+        let around = |corners| VoxelBox::around(corners, self.config.voxel_size);
+        let regions = boxes.into_iter().map(|corners| (around(corners), false));
         let mut blocks: Vec<(Birth, _)> = Vec::new();
-        for region in regions {
-            for plane in self.near(region) {
+        for (region, only_gone) in regions.chain(looked_at.map(|corners| (around(corners), true))) {
+            for plane in self.near(region).filter(|plane| plane.is_gone || !only_gone) {
                 plane.patch.visit_blocks_in(&region, |block| blocks.push((plane.birth, block)));
             }
-        }
-        let gone = std::mem::take(&mut self.gone);
-        for plane in gone.iter().filter_map(|birth| self.planes.get(birth)).filter(|plane| plane.is_gone) {
-            blocks.extend(plane.patch.blocks().map(|block| (plane.birth, block)));
         }
         blocks.sort_unstable();
         blocks.dedup();
@@ -45,9 +44,6 @@ impl PlaneMap {
                 plane.judge_block(block, &is_free);
             }
             plane.is_gone = plane.is_free(gone_share);
-            if plane.is_gone {
-                self.gone.insert(plane.birth);
-            }
         }
         self.confirm(blocks.into_iter().map(|(birth, _)| birth));
     }

@@ -190,9 +190,6 @@ impl PlaneMap {
             for block in plane.patch.blocks() {
                 self.index.add(block, plane.birth);
             }
-            if plane.is_gone {
-                self.gone.insert(plane.birth);
-            }
         }
         self.index.restore_bounds(head.bounds);
         (self.merged, self.gaps) = (head.merged, head.gaps);
