@@ -81,7 +81,7 @@ def layout(points, cameras, up):
     back -= (back @ up) * up
     eye = center + size * (0.5 * back / max(np.linalg.norm(back), 1e-6) + 0.5 * up)
     world = rrb.Spatial3DView(
-        name="map", contents=["/map/**", "/scene/**", "/tf/**", "/camera/color/**", "- /map/outlines", "- /map/grid"],
+        name="map", contents=["/map/**", "/scene/**", "/tf/**", "/camera/color/**", "- /map/outlines/**", "- /map/grid"],
         spatial_information=rrb.SpatialInformation(target_frame="map"), line_grid=False, background=[22, 24, 28],
         defaults=[rr.Points3D.from_fields(radii=rr.Radius.ui_points(1.4))],
         eye_controls=rrb.EyeControls3D(position=eye, look_target=center, eye_up=up))

@@ -709,7 +709,7 @@ fn whoever_follows_the_verdicts_is_told_where_something_has_become_a_ghost() {
                 (0..3).all(|axis| (low[axis]..=high[axis]).contains(&place[axis]))
             };
             assert!(told.iter().any(holds), "{place:?} at step {step}");
-            assert!(verdicts.changed_bounds_since(revision).iter().any(|changed| holds(changed)));
+            assert!(verdicts.changed_bounds_since(revision).iter().any(holds));
             beside += usize::from(place[0] < 0.0);
         }
     }

@@ -2,8 +2,6 @@
 //! which a map goes on, config files, and what viewers open.
 
 mod autosave;
-#[cfg(feature = "mcap")]
-mod cloud_tiles;
 mod config_file;
 #[cfg(feature = "gltf")]
 mod glb;
@@ -11,10 +9,14 @@ mod map_files;
 mod map_saver;
 mod map_state;
 mod objects;
+#[cfg(feature = "mcap")]
+mod outline_tiles;
 mod planes;
 mod saved_state;
 #[cfg(feature = "mcap")]
 mod session_recorder;
+#[cfg(feature = "mcap")]
+mod topic_tiles;
 
 pub use autosave::Autosave;
 pub use config_file::ConfigFileError;

@@ -6,9 +6,10 @@ use dymlm_core::{Detection, Frame, ObjectId, PlaneId, PointCloud, Pose, Rgb};
 use dymlm_io::{GridRecord, McapWriter, McapWriterOptions, ObjectRecord, PlaneRecord, outline_cloud};
 use dymlm_octree::CellState;
 
-use super::cloud_tiles::{ChangedTile, CloudTiles};
 use super::objects::object_record;
+use super::outline_tiles::{OutlineTiles, Thing};
 use super::planes::plane_record;
+use super::topic_tiles::{ChangedTile, TopicTiles};
 use crate::{ChangedThings, Error, FloorGrid, FloorGridConfig, MapChanges, MultiLevelMap};
 
 /// Voxels along the side of a block of the cloud.
@@ -17,6 +18,11 @@ const BLOCK_VOXELS: f64 = 8.0;
 const GREY: Rgb = [128; 3];
 /// Between points on the lines of planes and objects, metres: a line, seen from where a room is in view.
 const LINE_SPACING: f64 = 0.02;
+/// The topics of the cloud.
+const CLOUD: &str = "/map/cloud";
+
+/// A plane or an object that is other than before, with its centre; `None` when it is gone.
+type ChangedThing = (Thing, Option<[f64; 3]>);
 
 /// Records a session for viewers such as Foxglove and Rerun, as one MCAP file: the frames, and of the maps
 /// what has changed since they were recorded last. While the maps are built the file can be opened; after a
@@ -24,8 +30,8 @@ const LINE_SPACING: f64 = 0.02;
 ///
 /// Beside the topics of [`McapWriter`] there are `/map/cloud/...`, the static cloud by cubes of 4 to 8 m (at
 /// most 128 topics; where the world is larger the cubes are twice as large, and those before are emptied), and
-/// `/map/outlines`, the lines of planes and objects as points, for viewers that draw no scenes. `/map/grid` is
-/// the [grid of the floor](MultiLevelMap::floor_grid) under the camera, once up and that floor are known.
+/// `/map/outlines/...`, the lines of planes and objects as points, for viewers that draw no scenes, likewise by
+/// where their centres are. `/map/grid` is the [grid of the floor](MultiLevelMap::floor_grid) under the camera, once up and that floor are known.
 ///
 /// It holds a clone of the maps that it has recorded last, which shares with them what has not changed since,
 /// and which block of the cloud is on which topic.
@@ -60,7 +66,8 @@ pub struct SessionRecorder {
     camera: Option<[f64; 3]>,
     /// The maps as they were recorded last.
     recorded: Option<MultiLevelMap>,
-    tiles: CloudTiles,
+    cloud: TopicTiles,
+    outlines: OutlineTiles,
     planes: BTreeMap<u64, PlaneRecord>,
     objects: BTreeMap<u64, ObjectRecord>,
 }
@@ -77,7 +84,8 @@ impl SessionRecorder {
             up: None,
             camera: None,
             recorded: None,
-            tiles: CloudTiles::new(1.0),
+            cloud: TopicTiles::new(CLOUD, 1.0),
+            outlines: OutlineTiles::new(1.0),
             planes: BTreeMap::new(),
             objects: BTreeMap::new(),
         })
@@ -107,8 +115,7 @@ impl SessionRecorder {
     /// Records what has changed in the maps since they were recorded last, as of a time in seconds, and
     /// leaves nothing to lose. Maps that were made otherwise take the place of those before.
     ///
-    /// Costs what has changed, the tiles of the cloud that this is in, the outlines of all planes and objects if
-    /// one of them has changed, and the grid.
+    /// Costs what has changed, the tiles of cloud and outlines that this is in, and the grid.
     ///
     /// # Errors
     ///
@@ -120,16 +127,15 @@ impl SessionRecorder {
         }
         let is_first = self.recorded.is_none();
         if is_first {
-            self.tiles = CloudTiles::new(BLOCK_VOXELS * map.config().cloud.voxel_size);
+            let block_side = BLOCK_VOXELS * map.config().cloud.voxel_size;
+            (self.cloud, self.outlines) = (TopicTiles::new(CLOUD, block_side), OutlineTiles::new(block_side));
         }
         let empty = MultiLevelMap::new(&map.config)?;
         let changes = map.changes_since(self.recorded.as_ref().unwrap_or(&empty));
         self.record_cloud(time, map, &changes)?;
-        let planes = self.record_planes(time, map, &changes.planes)?;
-        let objects = self.record_objects(time, map, &changes.objects, up)?;
-        if planes || objects {
-            self.record_outlines(time)?;
-        }
+        let mut changed = self.record_planes(time, map, &changes.planes)?;
+        changed.extend(self.record_objects(time, map, &changes.objects, up)?);
+        self.record_outlines(time, changed)?;
         if let (Some(up), true) = (up, is_first || !changes.octree.is_empty()) {
             self.record_grid(time, map, up)?;
         }
@@ -149,7 +155,8 @@ impl SessionRecorder {
 
     /// Takes away what was recorded of maps.
     fn forget(&mut self, time: f64) -> Result<(), Error> {
-        for ChangedTile { topic, .. } in self.tiles.clear() {
+        let topics = self.cloud.clear().into_iter().map(|tile| tile.topic).chain(self.outlines.clear());
+        for topic in topics {
             self.writer.write_cloud(&topic, time, &PointCloud::default())?;
         }
         let planes: Vec<u64> = std::mem::take(&mut self.planes).into_keys().collect();
@@ -162,56 +169,69 @@ impl SessionRecorder {
 
     fn record_cloud(&mut self, time: f64, map: &MultiLevelMap, changes: &MapChanges) -> Result<(), Error> {
         let points = map.cloud().static_points();
-        for ChangedTile { topic, blocks } in self.tiles.update(&changes.cloud) {
+        let blocks = changes.cloud.iter().map(|block| (block.place, !block.points.is_empty()));
+        for ChangedTile { topic, blocks } in self.cloud.update(blocks) {
             self.writer.write_cloud(&topic, time, &cloud_of(&points, &blocks))?;
         }
         Ok(())
     }
 
-    /// Whether there was anything to record.
+    /// Returns which planes are other than before, with their centres.
     fn record_planes(
         &mut self,
         time: f64,
         map: &MultiLevelMap,
         changes: &ChangedThings<PlaneId>,
-    ) -> Result<bool, Error> {
+    ) -> Result<Vec<ChangedThing>, Error> {
         let changed = changes.confirmed.iter().chain(&changes.changed);
         let planes: Vec<_> = changed.filter_map(|&id| map.planes().plane(id)).map(plane_record).collect();
         let gone: Vec<u64> = gone(changes).map(PlaneId::get).collect();
         if planes.is_empty() && gone.is_empty() {
-            return Ok(false);
+            return Ok(Vec::new());
         }
         self.writer.write_planes(time, &planes, &gone)?;
+        let centers = planes.iter().map(|plane| (Thing::Plane(plane.id), Some(plane.centroid)));
+        let changed = gone.iter().map(|&id| (Thing::Plane(id), None)).chain(centers).collect();
         self.planes.retain(|id, _| !gone.contains(id));
         self.planes.extend(planes.into_iter().map(|plane| (plane.id, plane)));
-        Ok(true)
+        Ok(changed)
     }
 
-    /// Whether there was anything to record.
+    /// Returns which objects are other than before, with their centres.
     fn record_objects(
         &mut self,
         time: f64,
         map: &MultiLevelMap,
         changes: &ChangedThings<ObjectId>,
         up: Option<[f64; 3]>,
-    ) -> Result<bool, Error> {
+    ) -> Result<Vec<ChangedThing>, Error> {
         let changed = changes.confirmed.iter().chain(&changes.changed);
         let objects: Vec<_> = changed.filter_map(|&id| map.objects().object(id)).map(object_record).collect();
         let gone: Vec<u64> = gone(changes).map(ObjectId::get).collect();
         if objects.is_empty() && gone.is_empty() {
-            return Ok(false);
+            return Ok(Vec::new());
         }
         self.writer.write_objects(time, &objects, &gone, up.unwrap_or([0.0, 0.0, 1.0]))?;
+        let centers = objects.iter().map(|object| (Thing::Object(object.id), Some(object.translation)));
+        let changed = gone.iter().map(|&id| (Thing::Object(id), None)).chain(centers).collect();
         self.objects.retain(|id, _| !gone.contains(id));
         self.objects.extend(objects.into_iter().map(|object| (object.id, object)));
-        Ok(true)
+        Ok(changed)
     }
 
-    fn record_outlines(&mut self, time: f64) -> Result<(), Error> {
-        let planes: Vec<PlaneRecord> = self.planes.values().cloned().collect();
-        let objects: Vec<ObjectRecord> = self.objects.values().cloned().collect();
-        let lines = outline_cloud(&planes, &objects, LINE_SPACING);
-        Ok(self.writer.write_cloud("/map/outlines", time, &lines)?)
+    fn record_outlines(&mut self, time: f64, changed: Vec<ChangedThing>) -> Result<(), Error> {
+        for (topic, things) in self.outlines.update(changed) {
+            let (mut planes, mut objects) = (Vec::new(), Vec::new());
+            for thing in things {
+                match thing {
+                    Thing::Plane(id) => planes.extend(self.planes.get(&id).cloned()),
+                    Thing::Object(id) => objects.extend(self.objects.get(&id).cloned()),
+                }
+            }
+            let lines = outline_cloud(&planes, &objects, LINE_SPACING);
+            self.writer.write_cloud(&topic, time, &lines)?;
+        }
+        Ok(())
     }
 
     /// Without a floor under the camera there is no grid, nor where it would have too many cells.
