@@ -8,7 +8,7 @@
 A recording is a TUM RGB-D folder; all recordings are in one world. `--sim N` takes N recordings of the
 simulator instead, in one office with different camera paths. One task maps each recording and saves its map
 as a folder; further tasks merge each map into that of all recordings before it, as soon as both are there,
-up to one map in OUT/map. A merge maps key frames again in the order of their times, so that the result is
+up to one map in OUT/map, which replaces an earlier map there. A merge maps key frames again in the order of their times, so that the result is
 what one builder would have made of both maps, and a lost and repeated task changes no bit. The folders
 must be on a file system that all machines share; `ray.init(address=...)` joins a cluster (`--address`). The
 last line is a report in JSON, with a checksum of the files of the map.
@@ -22,6 +22,7 @@ import resource
 import shutil
 import signal
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -97,6 +98,37 @@ def spent(start):
     """The cost since `start`: seconds, processor seconds (stable on a busy machine), and the peak memory so far."""
     seconds, busy = (now - then for now, then in zip(clocks(), start, strict=True))
     return {"seconds": seconds, "busy": busy, "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
+
+
+def is_map(folder):
+    """Whether a folder holds a map, of this or any other version: its manifest says so."""
+    try:
+        return json.loads((folder / "manifest.json").read_bytes()).get("format") == "dymlm map"
+    except (OSError, ValueError, AttributeError):
+        return False
+
+
+def refusal(folder, recordings):
+    """Why the result must not take the place of what is in `folder`; None if it may."""
+    if os.path.lexists(folder) and not is_map(folder):
+        return f"{folder}: not a map, so it is not replaced"
+    for recording in recordings:
+        if Path(recording).is_relative_to(folder.resolve()):
+            return f"{recording}: a recording in the folder of the result, which is replaced"
+    return None
+
+
+def put_in_place(whole, folder, aside):
+    """Moves the result to its place. When that fails, an earlier map is put back, and both stay."""
+    replaces = is_map(folder)
+    if replaces:
+        folder.rename(aside)
+    try:
+        whole.rename(folder)
+    except OSError as error:
+        if replaces:
+            aside.rename(folder)
+        sys.exit(f"error: {error}; the new map is in {whole}")
 
 
 def checksum(folder):
@@ -234,18 +266,24 @@ def main():
     given = arguments()
     recordings = [str(folder.resolve()) for folder in given.recordings]
     sources = recordings or [(number, given.frames) for number in range(given.sim)]
-    work = given.out.resolve() / "work"
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
-    start = time.perf_counter()
-    if given.in_sequence:
-        whole, mapped, joins, joining = in_sequence(sources, work)
-    else:
-        whole, mapped, joins, joining = by_ray(sources, work, given.workers, given.address, given.kill_one)
     folder = given.out / "map"
-    shutil.rmtree(folder, ignore_errors=True)
-    shutil.move(whole, folder)
-    shutil.rmtree(work)
+    # What would be lost is noticed before hours of mapping.
+    if reason := refusal(folder, recordings):
+        sys.exit(f"error: {reason}")
+    given.out.mkdir(parents=True, exist_ok=True)
+    # A folder of its own beside the result, so that the map is moved there and not copied.
+    work = Path(tempfile.mkdtemp(prefix="work-", dir=given.out.resolve()))
+    start = time.perf_counter()
+    try:
+        if given.in_sequence:
+            whole, mapped, joins, joining = in_sequence(sources, work)
+        else:
+            whole, mapped, joins, joining = by_ray(sources, work, given.workers, given.address, given.kill_one)
+    except BaseException:
+        shutil.rmtree(work, ignore_errors=True)
+        raise
+    put_in_place(Path(whole), folder, work / "replaced")
+    shutil.rmtree(work, ignore_errors=True)
     total = time.perf_counter() - start
     report = {
         "recordings": len(sources),

@@ -437,10 +437,9 @@ impl ObjectMapper {
         observation: &ObjectObservation,
         planes: &dyn SupportingPlanes,
     ) {
-        let prior = self.config.sizes.of(&observation.label);
         let lengths = observation.fit.oriented_box.lengths();
         let pose = observation.fit.axes.pose();
-        if prior.is_some_and(|prior| !prior.admits_part(lengths, pose, PRIOR_SLACK)) {
+        if !self.config.sizes.admit_part(&observation.label, lengths, pose, PRIOR_SLACK) {
             return self.reject(observation.detection, RejectionCause::Size);
         }
         if self.is_occupied(view, observation) {

@@ -25,7 +25,35 @@ def test_a_killed_worker_changes_no_bit(tmp_path):
     assert fleet["checksum"] == alone["checksum"] and fleet["points"] > 10_000
     # Each recording after the first is mapped again once.
     assert alone["frames_mapped_again"] == fleet["frames_mapped_again"] == 12
-    assert not (tmp_path / "fleet" / "work").exists() and (tmp_path / "fleet" / "map" / "manifest.json").exists()
+    assert [path.name for path in (tmp_path / "fleet").iterdir()] == ["map"]
+    assert (tmp_path / "fleet" / "map" / "manifest.json").exists()
+
+
+def test_only_a_map_is_replaced(tmp_path):
+    out = tmp_path / "out"
+    (out / "work").mkdir(parents=True)
+    (out / "work" / "notes.txt").write_text("of somebody else")
+    (out / "map").mkdir()
+    (out / "map" / "house.svg").write_text("no map of ours")
+    command = [sys.executable, EXAMPLE, "--in-sequence", "--sim", "1", "--frames", "2", "--out", out]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "not a map" in done.stderr
+    assert (out / "map" / "house.svg").exists()
+
+    (out / "map" / "house.svg").rename(out / "house.svg")
+    (out / "map").rmdir()
+    for _ in range(2):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in out.iterdir()) == ["house.svg", "map", "work"]
+    assert (out / "work" / "notes.txt").read_text() == "of somebody else"
+
+    # A recording within the map that is replaced would be lost with it.
+    recording = out / "map" / "recording"
+    recording.mkdir()
+    command = [sys.executable, EXAMPLE, "--in-sequence", recording, "--out", out]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "a recording in the folder of the result" in done.stderr and recording.exists()
 
 
 def test_folders_are_recordings_and_others_are_refused(tmp_path):

@@ -34,10 +34,10 @@ impl JointBox {
     /// cut sides of a detection either: nothing unseen beside the object is taken for a part of it, only what
     /// may be behind it.
     pub(crate) fn fits(&self, object: &MapObject, priors: &SizePriors) -> bool {
-        let (prior, pose) = (priors.of(&object.label), object.axes.pose());
+        let pose = object.axes.pose();
         let views = &object.key_views;
         let own = views.mean_whole_iou(&object.shape()).map(|own| own - MAX_IOU_LOSS);
-        prior.is_none_or(|prior| prior.admits_part(self.0.lengths(), pose, PRIOR_SLACK))
+        priors.admit_part(&object.label, self.0.lengths(), pose, PRIOR_SLACK)
             && views.mean_whole_iou(&self.shape(object)) >= own
     }
 

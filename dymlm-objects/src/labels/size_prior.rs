@@ -10,16 +10,20 @@ use super::coco_sizes::COCO_SIZES;
 pub struct SizeRange {
     /// Smallest plausible length.
     pub min: f64,
-    /// Usual length.
+    /// Usual length, up to [`LONGEST`](Self::LONGEST).
     pub typical: f64,
-    /// Greatest plausible length.
+    /// Greatest plausible length. Beyond [`LONGEST`](Self::LONGEST) it sets no limit: no object is longer.
     pub max: f64,
 }
 
 impl SizeRange {
-    /// Checks that the lengths are positive and in order.
+    /// The longest side of an object, metres. An object is in each cell of the index in space that it may
+    /// reach: one of 350 m, as what is 350 mm wide would be by mistake, is in twelve million.
+    pub const LONGEST: f64 = 256.0;
+
+    /// Checks that the lengths are positive and in order, and the usual one no longer than any object.
     fn validate(&self, field: &'static str) -> Result<(), ConfigError> {
-        check_range(field, self.typical, f64::MIN_POSITIVE..=f64::MAX)?;
+        check_range(field, self.typical, f64::MIN_POSITIVE..=Self::LONGEST)?;
         check_range(field, self.min, f64::MIN_POSITIVE..=self.typical)?;
         check_range(field, self.max, self.typical..=f64::MAX)
     }
@@ -167,6 +171,20 @@ impl SizePriors {
         self.priors.get(place)
     }
 
+    /// Whether a thing of a label, seen in part, may have these dimensions, metres: those that its prior
+    /// [admits](SizePrior::admits_part), if it has one, and in any case no longer ones than an object may
+    /// have.
+    pub(crate) fn admit_part(
+        &self,
+        label: &str,
+        dimensions: [f64; 3],
+        pose: UprightPose,
+        slack: f64,
+    ) -> bool {
+        dimensions.iter().all(|&length| length <= SizeRange::LONGEST)
+            && self.of(label).is_none_or(|prior| prior.admits_part(dimensions, pose, slack))
+    }
+
     /// Adds a prior; it replaces the one of the same label.
     pub fn insert(&mut self, prior: SizePrior) {
         match self.priors.binary_search_by(|own| own.label.cmp(&prior.label)) {
@@ -226,6 +244,24 @@ mod tests {
                 prior.admits([typical[2], typical[0], typical[1]], UprightPose::Unknown, 1.0),
                 "{prior:?}"
             );
+        }
+    }
+
+    #[test]
+    fn no_side_is_longer_than_a_loaded_object_may_be() {
+        let usual = SizeRange::from([0.3, 0.5, 0.8]);
+        let validate = |height: [f64; 3]| {
+            SizePrior::new("chair", usual, usual, height.into(), Footprint::Even).validate()
+        };
+        assert_eq!(validate([300.0, 350.0, 400.0]).unwrap_err().field, "objects.sizes.height", "millimetres");
+        assert_eq!(validate([8.0, 25.0, 400.0]), Ok(()));
+        let mut priors = SizePriors::default();
+        let long = SizeRange::from([1.0, 2.0, 400.0]);
+        priors.insert(SizePrior::new("pipeline", long, long, long, Footprint::Oblong));
+        // Whatever the slack, and with a prior or without.
+        for label in ["pipeline", "thing"] {
+            let admit = |length| priors.admit_part(label, [length, 2.0, 1.0], UprightPose::Upright, 1.3);
+            assert!(admit(256.0) && !admit(256.1) && !admit(f64::NAN), "{label}");
         }
     }
 

@@ -90,12 +90,10 @@ pub enum ObjectState {
     Confirmed,
 }
 
-/// Limits that tell a damaged object: more frames than a year has, and boxes so large that they would fill
-/// the spatial index.
+/// Limits that tell a damaged object: more frames than a year has, and boxes longer than any that is mapped.
 #[cfg(feature = "state")]
 impl MapObject {
     const MOST_FRAMES: u32 = 1 << 31;
-    const LONGEST: f64 = 256.0;
 
     /// Whether its numbers are plausible; a damaged file may hold others.
     pub(crate) fn is_possible(&self) -> bool {
@@ -110,7 +108,7 @@ impl MapObject {
         ];
         let place = self.oriented_box.world_from_box().translation();
         counts.iter().all(|&count| count < Self::MOST_FRAMES)
-            && self.oriented_box.lengths().iter().all(|&length| length <= Self::LONGEST)
+            && self.oriented_box.lengths().iter().all(|&length| length <= crate::SizeRange::LONGEST)
             && place.iter().all(|c| c.abs() < 1e9)
             && self.seen_apart.is_possible()
             && self.first_seen.is_finite()

@@ -84,9 +84,8 @@ impl Reparameterizer {
         let shape = shapes.of(&object.label);
         let proposed = ObjectShape::new(shape, fit.oriented_box);
         let pose = fit.axes.pose();
-        let prior = priors.of(&object.label);
         let lengths = fit.oriented_box.lengths();
-        let is_plausible = prior.is_none_or(|prior| prior.admits_part(lengths, pose, PRIOR_SLACK));
+        let is_plausible = priors.admit_part(&object.label, lengths, pose, PRIOR_SLACK);
         let is_persistent = object.refusals >= MAX_REFUSALS;
         if !is_plausible || !(is_persistent || fits_views(object, &proposed)) {
             object.refusals += u32::from(is_plausible);

@@ -20,8 +20,9 @@ pub struct ParameterizationConfig {
     /// things rest, and nothing depends on it until then.
     pub up: Option<[f64; 3]>,
     /// Largest angle between a supporting plane's normal and the vertical, once that is known, radians,
-    /// 0..=pi/2. Default 0.14 (8 degrees): things stand on level planes; sloping planes were fitted across
-    /// the edges of things or rows of things.
+    /// 0.01..=pi/2. Default 0.14 (8 degrees): things stand on level planes; sloping planes were fitted across
+    /// the edges of things or rows of things. The normals of planes themselves err by tenths of a degree:
+    /// with less than 0.01 (0.6 degrees) no plane counts as level, and no two votes for the vertical agree.
     pub max_support_slope: f64,
     /// Largest distance of an object's lowest point above the plane on which it stands, metres, 0..=2.
     /// Default 0.08. When the object's lower end is occluded, the usual height of its label if that is
@@ -52,7 +53,11 @@ impl ParameterizationConfig {
         if let Some(up) = self.up {
             check_range("the length of objects.parameterization.up", norm(up), 1e-9..=1e9)?;
         }
-        check_range("objects.parameterization.max_support_slope", self.max_support_slope, 0.0..=right_angle)?;
+        check_range(
+            "objects.parameterization.max_support_slope",
+            self.max_support_slope,
+            0.01..=right_angle,
+        )?;
         check_range("objects.parameterization.max_support_gap", self.max_support_gap, 0.0..=2.0)
     }
 }

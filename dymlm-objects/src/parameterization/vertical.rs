@@ -1,5 +1,9 @@
 use dymlm_core::vector3::{Vector3, along, dot, unit};
 
+/// Most normals that are told apart: more than there are directions as far from each other as the default
+/// `max_support_slope`, some 700.
+const MOST_NORMALS: usize = 1024;
+
 /// The upward direction in the world: given, or learnt from the planes on which things rest.
 ///
 /// Each observation votes for the normal of the plane on which it rests, level or not. Tables and floors
@@ -55,9 +59,16 @@ impl Vertical {
     /// Counts a vote; normals between which the cosine is at least `least_cosine` share their votes.
     pub(crate) fn vote(&mut self, normal: Vector3, least_cosine: f64) {
         let is_same = |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= least_cosine);
-        match self.votes.normals.iter_mut().find(is_same) {
-            Some(own) => *own = Normal { sum: along(own.sum, 1.0, normal), votes: own.votes + 1 },
-            None => self.votes.normals.push(Normal { sum: normal, votes: 1 }),
+        let normals = &mut self.votes.normals;
+        if let Some(own) = normals.iter_mut().find(is_same) {
+            *own = Normal { sum: along(own.sum, 1.0, normal), votes: own.votes + 1 };
+        } else if normals.len() < MOST_NORMALS {
+            normals.push(Normal { sum: normal, votes: 1 });
+        } else if let Some(fewest) = normals.iter_mut().min_by_key(|own| own.votes) {
+            // The normal with the fewest votes, the oldest of those, makes room and leaves its votes to the
+            // new one, so that their sum stays that of all votes, and what most have voted for is found
+            // (Space-Saving; Metwally, Agrawal, El Abbadi 2005).
+            *fewest = Normal { sum: normal, votes: fewest.votes + 1 };
         }
     }
 
@@ -73,6 +84,22 @@ impl Vertical {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// However fine the votes are told apart, they are bounded, and the direction of most of them is found.
+    #[test]
+    fn votes_for_ever_new_normals_are_bounded() {
+        let mut vertical = Vertical::new(None);
+        for k in 0..20_000 {
+            let angle = 1e-4 * f64::from(k);
+            vertical.vote([angle.cos(), angle.sin(), 0.0], 1.0);
+            assert_eq!(vertical.direction().is_some(), k == 0, "vote {k}");
+        }
+        assert!(vertical.votes.normals.len() <= 1024, "{}", vertical.votes.normals.len());
+        for _ in 0..=20_000 {
+            vertical.vote([0.0, 0.0, 1.0], 1.0);
+        }
+        assert_eq!(vertical.direction(), Some([0.0, 0.0, 1.0]));
+    }
 
     #[test]
     fn what_most_things_rest_on_is_level() {

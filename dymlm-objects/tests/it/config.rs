@@ -17,6 +17,10 @@ fn each_part_names_its_field() {
         "objects.parameterization.min_score"
     );
     assert_eq!(refused(|config| config.association.alpha = f64::NAN), "objects.association.alpha");
+    assert_eq!(
+        refused(|config| config.parameterization.max_support_slope = 0.0),
+        "objects.parameterization.max_support_slope"
+    );
     assert_eq!(refused(|config| config.update.min_observations = 0), "objects.update.min_observations");
     assert_eq!(refused(|config| config.update.isolation_forest.trees = 0), "isolation_forest.trees");
 }
@@ -46,6 +50,7 @@ fn sizes_that_are_no_ranges_are_refused() {
         [0.3, f64::NAN, 0.5],
         [0.3, 0.4, f64::NAN],
         [0.3, 0.4, f64::INFINITY],
+        [300.0, 350.0, 400.0],
         [f64::INFINITY; 3],
     ];
     for range in no_ranges {

@@ -22,4 +22,4 @@ pub use filter::{RejectedPlane, RejectionCause};
 pub(crate) use patch_range::patch_range;
 pub use plane_detector::PlaneDetector;
 pub use plane_samples::PlaneSamples;
-pub(crate) use plane_samples::RayLattice;
+pub(crate) use plane_samples::{MOST_SITES, RayLattice};

@@ -72,7 +72,7 @@ impl PlaneSamples {
             places.push(place);
             next = place.wrapping_add(1);
         }
-        Some(Self { lattice: RayLattice { first: [a, b], step: [c, d], columns }, places })
+        Self::checked(RayLattice { first: [a, b], step: [c, d], columns }, places)
     }
 }
 
@@ -119,6 +119,7 @@ fn take_varint(bytes: &mut &[u8]) -> Option<u32> {
 mod tests {
     use dymlm_core::{DepthImage, Frame, PinholeCamera, SensorModel};
 
+    use super::super::plane_samples::{MOST_COLUMNS, MOST_SITES};
     use super::*;
     use crate::{PlaneDetector, PlaneDetectorConfig};
 
@@ -147,6 +148,46 @@ mod tests {
             let mut cut = &bytes[..end];
             let whole = std::iter::from_fn(|| DetectedPlane::take_bytes(&mut cut)).count();
             assert!(whole < 2, "{end} of {}", bytes.len());
+        }
+    }
+
+    #[test]
+    fn samples_that_no_detector_makes_are_refused() {
+        let lattice = RayLattice { first: [-0.5, -0.4], step: [0.03, 0.03], columns: 40 };
+        let read = |lattice, places: &[u32]| {
+            let mut bytes = Vec::new();
+            PlaneSamples { lattice, places: places.to_vec() }.put_bytes(&mut bytes);
+            PlaneSamples::take_bytes(&mut bytes.as_slice())
+        };
+        let last = MOST_SITES as u32 - 1;
+        for places in [&[][..], &[0], &[0, 1, 7], &[last]] {
+            assert_eq!(read(lattice, places).map(|samples| samples.places), Some(places.to_vec()));
+        }
+        for places in [&[1, 0][..], &[7, 7], &[last + 1], &[u32::MAX], &[u32::MAX, 0]] {
+            assert_eq!(read(lattice, places), None, "{places:?}");
+        }
+        for columns in [0, MOST_COLUMNS as u32 + 1, u32::MAX] {
+            assert_eq!(read(RayLattice { columns, ..lattice }, &[0]), None, "{columns} columns");
+        }
+        for value in [f32::NAN, f32::INFINITY] {
+            assert_eq!(read(RayLattice { first: [0.0, value], ..lattice }, &[0]), None);
+            assert_eq!(read(RayLattice { step: [value, 0.0], ..lattice }, &[0]), None);
+        }
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn samples_from_json_are_checked_as_those_from_bytes() {
+        let samples = PlaneSamples {
+            lattice: RayLattice { first: [-0.5, -0.5], step: [0.25, 0.25], columns: 4 },
+            places: vec![1, 5],
+        };
+        let json = serde_json::to_string(&samples).unwrap();
+        assert_eq!(serde_json::from_str::<PlaneSamples>(&json).unwrap(), samples);
+        for places in ["[5,1]", "[1,1]", "[4294967295]"] {
+            let wrong = json.replace("[1,5]", places);
+            assert_ne!(wrong, json);
+            assert!(serde_json::from_str::<PlaneSamples>(&wrong).is_err(), "{places}");
         }
     }
 }

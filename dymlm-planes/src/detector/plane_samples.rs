@@ -8,14 +8,43 @@ const MOST_PARTS: f64 = 4.0;
 /// Number of consecutive places that share the first one's number of points.
 const NEIGHBORS: u32 = 16;
 
+/// Most sites of a lattice. A key frame's label image has one label for each site up to its last sample, so
+/// that what a file claims must be bounded: 32 MB while a key frame is inserted. A camera with a Kinect's
+/// focal length has 16 million sites with an image of 268 million pixels.
+pub(crate) const MOST_SITES: usize = 1 << 24;
+/// Most sites of a row of a lattice.
+pub(crate) const MOST_COLUMNS: usize = 1 << 16;
+
 /// The pixels of a lattice in the image that show a plane's inliers: its patch, which can be drawn at any pose.
 /// Camera frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "RawSamples"))]
 pub struct PlaneSamples {
     pub(crate) lattice: RayLattice,
-    /// Indices of lattice sites, row by row.
+    /// Indices of lattice sites, row by row: strictly ascending, below [`MOST_SITES`].
     pub(crate) places: Vec<u32>,
+}
+
+/// Samples as they are written, before they are checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+#[serde(rename = "PlaneSamples")]
+struct RawSamples {
+    lattice: RayLattice,
+    places: Vec<u32>,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<RawSamples> for PlaneSamples {
+    type Error = &'static str;
+
+    fn try_from(RawSamples { lattice, places }: RawSamples) -> Result<Self, Self::Error> {
+        Self::checked(lattice, places).ok_or(
+            "samples of a plane that no detector makes: places out of order or out of the image, or a lattice \
+             without finite rays",
+        )
+    }
 }
 
 /// Rays of a lattice in the image, x and y at depth 1.
@@ -28,6 +57,13 @@ pub(crate) struct RayLattice {
 }
 
 impl PlaneSamples {
+    /// Samples that somebody has written; `None` for those that no detector makes.
+    pub(super) fn checked(lattice: RayLattice, places: Vec<u32>) -> Option<Self> {
+        let is_ascending = places.is_sorted_by(|a, b| a < b);
+        let is_within = places.last().is_none_or(|&last| (last as usize) < MOST_SITES && lattice.columns > 0);
+        (is_ascending && is_within && lattice.is_possible()).then_some(Self { lattice, places })
+    }
+
     /// Removes all samples and sets a new lattice.
     pub(super) fn begin(&mut self, lattice: RayLattice) {
         self.lattice = lattice;
@@ -53,6 +89,22 @@ impl PlaneSamples {
 record!(RayLattice { first, step, columns });
 
 impl RayLattice {
+    /// Whether its numbers are plausible; a damaged file may hold others.
+    pub(crate) fn is_possible(&self) -> bool {
+        let mut rays = self.first.iter().chain(&self.step);
+        rays.all(|ray| ray.is_finite()) && self.columns as usize <= MOST_COLUMNS
+    }
+
+    /// The least spacing of samples along rows and columns, pixels, from `stride` upwards, with which an image
+    /// has no more than [`MOST_SITES`] and [`MOST_COLUMNS`]. Only images far larger than those of today's
+    /// cameras need a wider one.
+    pub(crate) fn bounded_stride(camera: &PinholeCamera, stride: usize) -> usize {
+        let least = camera.width().div_ceil(MOST_COLUMNS).max(stride).max(1);
+        let sites = |stride: usize| camera.width().div_ceil(stride) * camera.height().div_ceil(stride);
+        let widest = camera.width().max(camera.height()).max(least);
+        (least..=widest).find(|&stride| sites(stride) <= MOST_SITES).unwrap_or(widest)
+    }
+
     /// The rays of every `stride`-th pixel along rows and columns, the first one half a stride from the
     /// border.
     pub(crate) fn of_pixels(camera: &PinholeCamera, stride: usize) -> Self {
@@ -157,6 +209,19 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn huge_images_have_a_bounded_lattice() {
+        let camera = |width, height| PinholeCamera::new(width, height, 525.0, 525.0, 0.0, 0.0).unwrap();
+        for (width, height, stride) in
+            [(640, 480, 4), (1 << 14, 1 << 14, 4), (1 << 28, 1, 1 << 12), (1, 1 << 28, 16), (1, 1, 4)]
+        {
+            let camera = camera(width, height);
+            assert_eq!(RayLattice::bounded_stride(&camera, 4), stride, "{width}x{height}");
+            assert!(RayLattice::of_pixels(&camera, stride).is_possible());
+        }
+        assert_eq!(RayLattice::bounded_stride(&camera(1 << 14, 1 << 14), 1), 4);
+    }
 
     #[test]
     fn rays_meet_the_plane() {

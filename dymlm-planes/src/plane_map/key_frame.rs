@@ -9,7 +9,7 @@ use super::label_code::{MOST_LABELS, decode, encode};
 use super::placed_share::{PlacedShare, reach_of_planes};
 use super::step::steps;
 use crate::association::Criterion;
-use crate::detector::{DetectedPlane, RayLattice};
+use crate::detector::{DetectedPlane, MOST_SITES, RayLattice};
 use crate::error::Error;
 use crate::moments::Moments;
 use crate::patches::{Patch, VoxelLists};
@@ -92,20 +92,23 @@ impl Share {
 
 impl KeyFrame {
     /// The key frame of what was detected, and its label image, as it is before it is coded. Planes beyond
-    /// [`MOST_LABELS`] are dropped; no frame has that many.
+    /// [`MOST_LABELS`] and samples beyond [`MOST_SITES`] are dropped; no frame has that many.
     pub(super) fn new(
         detected: &[DetectedPlane],
         timestamp: f64,
         world_from_camera: &Pose,
     ) -> (Self, Vec<u16>) {
         let lattice = detected.first().map_or(RayLattice::default(), |plane| plane.samples.lattice);
-        let last = detected.iter().filter_map(|plane| plane.samples.places.last()).max();
+        let places = detected.iter().flat_map(|plane| &plane.samples.places);
+        let last = places.filter(|&&place| (place as usize) < MOST_SITES).max();
         let sites = last.map_or(0, |last| last + 1);
         let mut labels = vec![0_u16; sites as usize];
         let mut shares = Vec::with_capacity(detected.len().min(MOST_LABELS));
         for (plane, label) in detected.iter().zip(1..=MOST_LABELS as u16) {
             for &place in &plane.samples.places {
-                labels[place as usize] = label;
+                if let Some(site) = labels.get_mut(place as usize) {
+                    *site = label;
+                }
             }
             shares.push(Share {
                 plane: Birth::new(0),
@@ -135,8 +138,8 @@ impl KeyFrame {
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
         self.timestamp.is_finite()
-            && self.sites <= 1 << 24
-            && self.lattice.columns <= 1 << 16
+            && self.sites as usize <= MOST_SITES
+            && self.lattice.is_possible()
             && self.shares.iter().all(|share| usize::from(share.label) <= MOST_LABELS)
     }
 
@@ -297,5 +300,34 @@ impl Places {
 
     fn of(&self, share: &Share) -> impl Iterator<Item = u32> + '_ {
         self.0.get(usize::from(share.label)).into_iter().flatten().copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{DepthImage, Frame, PinholeCamera};
+
+    use super::*;
+    use crate::{PlaneConfig, PlaneDetector, PlaneMap};
+
+    /// Samples out of order, twice and far out of the image neither panic nor take memory for what lies
+    /// between.
+    #[test]
+    fn samples_in_any_order_make_a_key_frame() {
+        let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
+        let depth = DepthImage::new(160, 120, vec![2.0; 160 * 120]).unwrap();
+        let frame = Frame::new(0.0, camera, depth, None).unwrap();
+        let config = PlaneConfig::default();
+        let mut detector = PlaneDetector::new(&config.detector, &SensorModel::kinect()).unwrap();
+        let mut planes = detector.detect(&frame, None, &[]).unwrap().to_vec();
+        let last = planes[0].samples.places.iter().copied().max().unwrap();
+        planes[0].samples.places.reverse();
+        planes[0].samples.places.extend([3, 3, u32::MAX, MOST_SITES as u32, u32::MAX, 3]);
+
+        let (key_frame, labels) = KeyFrame::new(&planes, 0.0, &Pose::identity());
+        assert_eq!((key_frame.sites, labels.len()), (last + 1, last as usize + 1));
+        assert_eq!(labels[3], 1);
+        let mut map = PlaneMap::new(config.map, SensorModel::kinect()).unwrap();
+        assert_eq!(map.insert(&planes, &frame, &Pose::identity()).unwrap().created.len(), 1);
     }
 }

@@ -23,8 +23,13 @@ pub struct PlaneHit {
 impl PlaneMap {
     /// The first confirmed plane that a ray meets within `max_range` metres, from either side. A plane is met
     /// only where it has inliers, to a voxel. A direction without length meets nothing, nor does a ray from an
-    /// origin that is not finite. O(planes along the ray).
+    /// origin that is not finite, nor one with a range that is NaN (infinite for no limit). O(planes along
+    /// the ray).
     pub fn cast_ray(&self, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
+        // The lesser of NaN and the map's end would be the map's end: no limit.
+        if max_range.is_nan() {
+            return None;
+        }
         let direction = unit(direction)?;
         let voxel_size = self.config().voxel_size;
         let [enter, leave] = crossing(origin, direction, self.region()?)?;

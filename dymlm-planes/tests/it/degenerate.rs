@@ -38,6 +38,31 @@ fn single_rows_and_pixels_are_no_planes() {
     assert_eq!(planes_of(320, 240, stripes), 0);
 }
 
+/// A strip of a single row of blocks has no pairs of blocks one above the other, from which a frame's
+/// unevenness is measured; that of the frame before is not its own.
+#[test]
+fn a_strip_does_not_depend_on_the_frame_before() {
+    let camera = PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5).unwrap();
+    let frame = |depth: &dyn Fn(usize, usize) -> f32| {
+        let depths = (0..640 * 480).map(|i| depth(i % 640, i / 640)).collect();
+        Frame::new(0.0, camera, DepthImage::new(640, 480, depths).unwrap(), None).unwrap()
+    };
+    // Blocks of 8 x 8 pixels that stand 6 mm before or behind their neighbours.
+    let uneven = frame(&|u, v| 1.5 + if (u / 8 + v / 8) % 2 == 0 { 0.003 } else { -0.003 });
+    // A strip that bends by 1.5 mm to and fro.
+    let strip =
+        frame(&|u, v| if (96..104).contains(&v) { 1.5 + 0.0015 * (u as f32 / 40.0).sin() } else { 0.0 });
+
+    let mut used = crate::common::detector();
+    used.detect(&uneven, None, &[]).unwrap();
+    used.detect(&strip, None, &[]).unwrap();
+    let mut fresh = crate::common::detector();
+    fresh.detect(&strip, None, &[]).unwrap();
+    assert_eq!(used.planes(), fresh.planes());
+    assert_eq!(used.rejected(), fresh.rejected());
+    assert!(used.labels() == fresh.labels(), "other pixels");
+}
+
 #[test]
 fn noise_is_no_plane() {
     let noise =

@@ -137,6 +137,8 @@ fn a_ray_from_far_away_meets_what_is_there_and_one_from_nowhere_nothing() {
             assert_eq!(map.plane_under(from, up, f64::INFINITY), None, "under {from:?}");
         }
     }
+    assert_eq!(map.cast_ray(eye, ahead, f64::NAN), None, "a range that is no number");
+    assert_eq!(map.plane_under(eye, ahead.map(|c| -c), f64::NAN), None, "a range that is no number");
     assert_eq!(empty_map().cast_ray(eye, ahead, f64::INFINITY), None);
 }
 

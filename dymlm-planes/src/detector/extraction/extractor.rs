@@ -222,7 +222,8 @@ impl PlaneExtractor {
     }
 
     /// Measures the misfit of neighbouring flat blocks to a common plane: the median of all pairs, most of
-    /// which lie on one plane.
+    /// which lie on one plane. With fewer than two pairs, as in a strip of a single row of blocks, none is
+    /// known of: what the frame before had is not this frame's.
     fn measure_unevenness(&mut self) {
         self.ratios.clear();
         let below = self.grid.columns;
@@ -234,10 +235,12 @@ impl PlaneExtractor {
             }
         }
         let middle = self.ratios.len() / 2;
-        if middle > 0 {
-            let (_, &mut median, _) = self.ratios.select_nth_unstable_by(middle, f64::total_cmp);
-            self.tolerance.set_unevenness(median);
-        }
+        let unevenness = if middle > 0 {
+            *self.ratios.select_nth_unstable_by(middle, f64::total_cmp).1
+        } else {
+            Tolerance::UNMEASURED
+        };
+        self.tolerance.set_unevenness(unevenness);
     }
 
     /// Numbers the clusters that are large enough, in the order of their first blocks.

@@ -44,8 +44,11 @@ pub(super) fn width(cluster: &Moments) -> f64 {
 }
 
 impl Tolerance {
+    /// The unevenness where a frame has too few neighbouring blocks to measure it.
+    pub(super) const UNMEASURED: f64 = 0.0;
+
     pub(super) fn new(sensor: SensorModel) -> Self {
-        Self { sensor, unevenness: 0.0 }
+        Self { sensor, unevenness: Self::UNMEASURED }
     }
 
     /// Variance of a reading at depth `z`, square metres.

@@ -96,7 +96,8 @@ impl PlaneRefiner {
 
     fn begin(&mut self, camera: &PinholeCamera, extraction: &Extraction) {
         self.pixel_solid_angle = (1.0 / (camera.fx() * camera.fy())).abs();
-        self.stride = (SAMPLE_STRIDE * camera.focal_scale()).round().max(1.0) as usize;
+        let stride = (SAMPLE_STRIDE * camera.focal_scale()).round().max(1.0) as usize;
+        self.stride = RayLattice::bounded_stride(camera, stride);
         find_runs(extraction.labels(), extraction.width(), &mut self.runs);
         self.fits.clear();
         self.fits.extend(extraction.segments().iter().map(|segment| segment.fit));
