@@ -4,6 +4,7 @@
 
 mod clones;
 mod common;
+mod copies;
 mod distance_field;
 mod files;
 mod grid_updates;
