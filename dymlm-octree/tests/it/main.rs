@@ -7,6 +7,7 @@ mod common;
 mod copies;
 mod distance_field;
 mod files;
+mod freed_cells;
 mod grid_updates;
 mod insertion;
 mod map_file;
