@@ -12,7 +12,7 @@ use std::fs;
 
 use common::Dataset;
 use dymlm_io::{
-    Error, MAX_IMAGE_PIXELS, TumDataset, TumOptions, decode_pcd, decode_ply, read_color_image,
+    DetectionFile, Error, MAX_IMAGE_PIXELS, TumDataset, TumOptions, decode_pcd, decode_ply, read_color_image,
     read_depth_png, write_depth_png, write_png,
 };
 use dymlm_test_support::growth;
@@ -119,4 +119,25 @@ fn images_of_a_dataset_are_refused_by_the_cameras_size() {
         let Error::Listed { fault, .. } = refused else { panic!("{refused:?}") };
         assert!(matches!(*fault, Error::ImageSize { actual_width: 8_192, .. }), "{fault:?}");
     }
+}
+
+/// 8 MB a mask when it is decoded, in a line of 120 bytes.
+#[test]
+fn masks_are_decoded_when_their_frame_is_asked_for() {
+    let mut lines = String::new();
+    for index in 0..50 {
+        let head = format!("{{\"timestamp\": {index}, \"detections\": [{{\"label\": \"a\", \"score\": 1");
+        let mask = "\"mask\": {\"size\": [8192, 8192], \"counts\": [67108863, 1]}";
+        writeln!(lines, "{head}, \"bbox\": [0, 0, 1, 1], {mask}}}]}}").unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("detections.jsonl");
+    fs::write(&path, lines).unwrap();
+    let region = Region::new(ALLOCATOR);
+    let file = DetectionFile::open(&path, 0.02).unwrap();
+    let found = file.at(7.0).unwrap().unwrap();
+    let mask = found[0].mask().unwrap();
+    assert!(mask.count() == 1 && mask.at(8_191, 8_191));
+    let allocated = region.change().bytes_allocated;
+    assert!(allocated < 250 << 20, "{allocated} bytes");
 }
