@@ -1,3 +1,5 @@
+#[cfg(feature = "serde")]
+use crate::RunLengths;
 use crate::{BoundingBox, Error, Mask};
 
 /// One object found in an image by a 2D detector.
@@ -7,7 +9,7 @@ use crate::{BoundingBox, Error, Mask};
 /// [height, width], "counts"}`.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "RawDetection"))]
+#[cfg_attr(feature = "serde", serde(from = "PackedDetection"))]
 pub struct Detection {
     label: String,
     score: f32,
@@ -83,20 +85,51 @@ impl Detection {
     }
 }
 
+/// A detection as it was read, its mask still in run-lengths: for those who keep the detections of many
+/// frames.
+#[cfg(feature = "serde")]
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+#[serde(try_from = "RawDetection")]
+pub struct PackedDetection {
+    /// Without its mask.
+    detection: Detection,
+    mask: Option<RunLengths>,
+}
+
+#[cfg(feature = "serde")]
+impl PackedDetection {
+    /// The detection with its mask, if it has one. O(pixels / 64 + runs + columns).
+    pub fn unpacked(&self) -> Detection {
+        Detection { mask: self.mask.as_ref().map(RunLengths::mask), ..self.detection.clone() }
+    }
+
+    /// The instance mask, if the detector gave one.
+    pub fn mask(&self) -> Option<&RunLengths> {
+        self.mask.as_ref()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<PackedDetection> for Detection {
+    fn from(PackedDetection { detection, mask }: PackedDetection) -> Self {
+        Self { mask: mask.map(|mask| mask.mask()), ..detection }
+    }
+}
+
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct RawDetection {
     label: String,
     score: f32,
     bbox: BoundingBox,
-    mask: Option<Mask>,
+    mask: Option<RunLengths>,
 }
 
 #[cfg(feature = "serde")]
-impl TryFrom<RawDetection> for Detection {
+impl TryFrom<RawDetection> for PackedDetection {
     type Error = Error;
 
     fn try_from(RawDetection { label, score, bbox, mask }: RawDetection) -> Result<Self, Error> {
-        Ok(Self { mask, ..Self::new(label, score, bbox)? })
+        Ok(Self { detection: Detection::new(label, score, bbox)?, mask })
     }
 }

@@ -73,6 +73,8 @@ pub use depth_image::DepthImage;
 pub use depth_noise::DepthNoise;
 pub use depth_registration::DepthRegistration;
 pub use detection::Detection;
+#[cfg(feature = "serde")]
+pub use detection::PackedDetection;
 pub use distortion::Distortion;
 pub use error::Error;
 pub use frame::Frame;
@@ -89,6 +91,7 @@ pub use point::{Point, Rgb};
 pub use point_cloud::PointCloud;
 pub use pose::Pose;
 pub use rectifier::Rectifier;
+pub use run_lengths::RunLengths;
 #[cfg(feature = "state")]
 pub use saved_state::{DamagedState, StateSink, decode_part, encode_part};
 pub use scratch_file::ScratchFile;

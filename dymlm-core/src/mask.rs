@@ -31,7 +31,7 @@ pub struct Mask {
     words: Vec<u64>,
 }
 
-const WORD: usize = u64::BITS as usize;
+pub(crate) const WORD: usize = u64::BITS as usize;
 
 impl Clone for Mask {
     fn clone(&self) -> Self {
@@ -104,11 +104,24 @@ impl Mask {
     /// [`Error::ImageSize`].
     pub fn filled(width: usize, height: usize, value: bool) -> Result<Self, Error> {
         check_image_size(width, height)?;
-        let mut mask = Self { width, height, words: vec![0; height * width.div_ceil(WORD)] };
+        let mut mask = Self::unset(width, height);
         if value {
             mask.fill(true);
         }
         Ok(mask)
+    }
+
+    /// A mask of a checked size without any pixel.
+    pub(crate) fn unset(width: usize, height: usize) -> Self {
+        Self { width, height, words: vec![0; height * width.div_ceil(WORD)] }
+    }
+
+    /// Sets 64 pixels of row `v`; those after the row's last pixel are 0. Nothing happens below the image.
+    pub(crate) fn set_word(&mut self, v: usize, index: usize, bits: u64) {
+        let index = v * self.words_per_row() + index;
+        if let Some(word) = self.words.get_mut(index) {
+            *word = bits;
+        }
     }
 
     /// Gives the mask another size and every pixel the same value; allocates only when it grows.
@@ -302,6 +315,6 @@ fn pack(pixels: &[bool]) -> u64 {
 }
 
 /// A word with ones at some bits.
-fn ones(bits: Range<usize>) -> u64 {
+pub(crate) fn ones(bits: Range<usize>) -> u64 {
     u64::MAX >> (WORD - bits.len()) << bits.start
 }

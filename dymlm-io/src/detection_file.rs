@@ -2,7 +2,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use dymlm_core::Detection;
+use dymlm_core::{Detection, PackedDetection, RunLengths};
 use serde::{Deserialize, Serialize};
 
 use crate::text_lines::{content_lines, number};
@@ -22,6 +22,8 @@ use crate::{Error, write_atomically};
 /// A line with an empty list says that the detector ran and found nothing; it did not run on a frame without
 /// a line.
 ///
+/// The masks of a line may take 512 MiB at most when they are decoded, a bit for each pixel.
+///
 /// A bad line affects only its own frame: [`Self::at`] returns the error for that frame. The frame is found
 /// by the line's timestamp or, when even that cannot be read, by the lines before and after.
 ///
@@ -33,8 +35,8 @@ use crate::{Error, write_atomically};
 /// {"timestamp": 0.2, "detections": [{"label": "person", "score"#)?;
 ///
 /// let file = dymlm_io::DetectionFile::open(&path, dymlm_io::DetectionFile::DEFAULT_TOLERANCE)?;
-/// assert_eq!(file.at(0.0)?.map(<[_]>::len), Some(0), "nothing was found");
-/// assert_eq!(file.at(0.1)?.map(<[_]>::len), Some(1));
+/// assert_eq!(file.at(0.0)?.map(|found| found.len()), Some(0), "nothing was found");
+/// assert_eq!(file.at(0.1)?.map(|found| found.len()), Some(1));
 /// assert!(file.at(0.2).unwrap_err().to_string().contains("detections.jsonl, line 3"));
 /// assert_eq!(file.at(7.0)?, None, "the file does not speak of that frame");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -49,13 +51,17 @@ pub struct DetectionFile {
     unplaced: Vec<UnplacedLine>,
 }
 
+/// Most memory of the decoded masks of a frame, bytes: 130 masks of 8192 x 4096 pixels.
+const MAX_MASK_BYTES: u64 = 1 << 29;
+
 /// What a detector found in the frame of one time.
 #[derive(Debug, Clone)]
 struct DetectedFrame {
     timestamp: f64,
     line: usize,
-    /// The detections, or what is wrong with the line.
-    detections: Result<Vec<Detection>, String>,
+    /// The detections, or what is wrong with the line. Masks are decoded when the frame is asked for: those
+    /// of a whole recording take gigabytes.
+    detections: Result<Vec<PackedDetection>, String>,
 }
 
 /// A bad line without a readable timestamp: its frame lies between those of its neighbours.
@@ -92,16 +98,16 @@ impl DetectionFile {
         Ok(file)
     }
 
-    /// The detections of the frame whose colour image has this time: an empty slice when nothing was found,
-    /// `None` when the file has no line for that frame.
+    /// The detections of the frame whose colour image has this time: none when nothing was found, `None` when
+    /// the file has no line for that frame. Masks are decoded anew by each call.
     ///
     /// # Errors
     ///
     /// [`Error::Line`] when the frame's line is a bad one.
-    pub fn at(&self, timestamp: f64) -> Result<Option<&[Detection]>, Error> {
+    pub fn at(&self, timestamp: f64) -> Result<Option<Vec<Detection>>, Error> {
         if let Some(frame) = self.nearest(timestamp) {
             return match &frame.detections {
-                Ok(detections) => Ok(Some(detections)),
+                Ok(detections) => Ok(Some(detections.iter().map(PackedDetection::unpacked).collect())),
                 Err(reason) => Err(Error::line(&self.path, frame.line, reason)),
             };
         }
@@ -132,7 +138,9 @@ impl DetectionFile {
     fn add(&mut self, line: usize, content: Result<&str, String>) {
         let text = content.as_ref().copied().ok();
         let parsed = content.and_then(|content| {
-            serde_json::from_str::<ReadFrame>(content).map_err(|error| json_reason(&error))
+            let frame = serde_json::from_str::<ReadFrame>(content).map_err(|error| json_reason(&error))?;
+            check_masks(&frame.detections)?;
+            Ok(frame)
         });
         match parsed {
             Ok(ReadFrame { timestamp, detections }) => {
@@ -216,13 +224,24 @@ pub fn write_detections<'a>(
 #[derive(Deserialize)]
 struct ReadFrame {
     timestamp: f64,
-    detections: Vec<Detection>,
+    detections: Vec<PackedDetection>,
 }
 
 #[derive(Serialize)]
 struct WrittenFrame<'a> {
     timestamp: f64,
     detections: &'a [Detection],
+}
+
+/// Refuses a line whose masks would take too much memory together: a line of 100 kB can hold a thousand masks
+/// that claim 33 MB each.
+fn check_masks(detections: &[PackedDetection]) -> Result<(), String> {
+    let masks = detections.iter().filter_map(PackedDetection::mask);
+    let bytes: u64 = masks.map(RunLengths::mask_bytes).sum();
+    if bytes <= MAX_MASK_BYTES {
+        return Ok(());
+    }
+    Err(format!("masks of {bytes} bytes together, of which at most {MAX_MASK_BYTES} are decoded"))
 }
 
 /// The parser's reason, without its line number, which is always 1.

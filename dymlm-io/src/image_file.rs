@@ -7,7 +7,7 @@ use std::path::Path;
 use dymlm_core::{ColorImage, DepthImage, PinholeCamera, Rgb};
 use image::codecs::jpeg::JpegDecoder;
 use image::codecs::png::{PngDecoder, PngEncoder};
-use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageResult};
+use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageResult, Limits};
 
 use crate::{Error, write_atomically};
 
@@ -15,6 +15,10 @@ use crate::{Error, write_atomically};
 /// cameras have. A PNG of some hundred bytes can declare a thousand times as many pixels, which would be
 /// decoded into gigabytes.
 pub const MAX_IMAGE_PIXELS: usize = 1 << 25;
+
+/// Most bytes of a PNG's metadata; colour profiles have some megabytes at most. A chunk of 1 MB can hold one
+/// that would be inflated into a gigabyte before the picture's size is known.
+const MAX_METADATA_BYTES: u64 = 1 << 23;
 
 /// Buffers for reading and decoding files, reused from one image to the next.
 #[derive(Debug, Clone, Default)]
@@ -101,7 +105,7 @@ pub(crate) fn decode_depth_png(
     mut depth: Vec<f32>,
 ) -> Result<(usize, usize, Vec<f32>), Error> {
     check_depth_scale(path, depth_scale)?;
-    let decoder = PngDecoder::new(Cursor::new(png)).map_err(undecodable(path))?;
+    let decoder = png_decoder(path, png, camera)?;
     let (width, height) = checked_size(path, &decoder, camera)?;
     if decoder.original_color_type() != ExtendedColorType::L16 {
         let reason = format!(
@@ -136,18 +140,32 @@ pub(crate) fn decode_color_picture(
     camera: Option<&PinholeCamera>,
     colors: Vec<Rgb>,
 ) -> Result<(usize, usize, Vec<Rgb>), Error> {
-    let file = Cursor::new(picture);
     if picture.starts_with(b"\xff\xd8") {
         // The decoder silently fills the missing part of a truncated picture with grey.
         if !has_jpeg_end(picture) {
             return Err(Error::malformed(path, "the JPEG is truncated: it has no end marker"));
         }
-        let decoder = JpegDecoder::new(file).map_err(undecodable(path))?;
+        let decoder = JpegDecoder::new(Cursor::new(picture)).map_err(undecodable(path))?;
         decode_rgb(path, decoder, camera, colors)
     } else {
-        let decoder = PngDecoder::new(file).map_err(undecodable(path))?;
-        decode_rgb(path, decoder, camera, colors)
+        decode_rgb(path, png_decoder(path, picture, camera)?, camera, colors)
     }
+}
+
+/// A decoder that takes little memory beside that of the picture, which is refused by its size if need be
+/// before it is decoded.
+fn png_decoder<'a>(
+    path: &Path,
+    png: &'a [u8],
+    camera: Option<&PinholeCamera>,
+) -> Result<PngDecoder<Cursor<&'a [u8]>>, Error> {
+    // The width is where every PNG has it. A larger one than will be allowed counts as the largest.
+    let claimed = png.get(16..20).and_then(|width| width.try_into().ok()).map_or(0, u32::from_be_bytes);
+    let widest = camera.map_or(MAX_IMAGE_PIXELS, PinholeCamera::width).min(claimed as usize);
+    let mut limits = Limits::no_limits();
+    // The decoder keeps a row of at most 8 bytes a pixel.
+    limits.max_alloc = Some(MAX_METADATA_BYTES + 8 * widest as u64);
+    PngDecoder::with_limits(Cursor::new(png), limits).map_err(undecodable(path))
 }
 
 fn decode_rgb(

@@ -7,12 +7,13 @@ use tempfile::NamedTempFile;
 use crate::Error;
 
 /// Writes a file completely or not at all: under a temporary name in the same folder, flushed to the disk,
-/// then renamed. An older file of that name stays as it is until the new one is complete.
+/// then renamed. An older file of that name stays as it is until the new one is complete. A pipe or a device,
+/// such as `/dev/null`, is written to as it is.
 ///
 /// # Errors
 ///
 /// [`Error::Io`] when the folder cannot be written; [`Error::Content`] when `write` fails. Either way no
-/// temporary file is left behind and nothing is changed.
+/// temporary file is left behind and nothing is changed; only what has gone into a pipe stays there.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;
@@ -29,10 +30,17 @@ where
     E: Into<Box<dyn std::error::Error + Send + Sync>>,
 {
     let path = path.as_ref();
+    let failed = |source: E| Error::Content { path: path.to_path_buf(), source: source.into() };
+    // Whoever reads the other end of a pipe would never hear of a file that takes the pipe's place.
+    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        let mut out = BufWriter::new(fs::File::create(path).map_err(Error::io(path))?);
+        write(&mut out).map_err(failed)?;
+        return out.flush().map_err(Error::io(path));
+    }
     let folder = parent_of(path);
     let file = named_temporary(&folder).map_err(Error::io(path))?;
     let mut out = BufWriter::with_capacity(1 << 16, file);
-    write(&mut out).map_err(|source| Error::Content { path: path.to_path_buf(), source: source.into() })?;
+    write(&mut out).map_err(failed)?;
     let file = out.into_inner().map_err(|error| Error::io(path)(error.into_error()))?;
     file.as_file().sync_all().map_err(Error::io(path))?;
     file.persist(path).map_err(|error| Error::io(path)(error.error))?;

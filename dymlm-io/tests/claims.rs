@@ -12,7 +12,7 @@ use std::fs;
 
 use common::Dataset;
 use dymlm_io::{
-    Error, MAX_IMAGE_PIXELS, TumDataset, TumOptions, decode_pcd, decode_ply, read_color_image,
+    DetectionFile, Error, MAX_IMAGE_PIXELS, TumDataset, TumOptions, decode_pcd, decode_ply, read_color_image,
     read_depth_png, write_depth_png, write_png,
 };
 use dymlm_test_support::growth;
@@ -119,4 +119,74 @@ fn images_of_a_dataset_are_refused_by_the_cameras_size() {
         let Error::Listed { fault, .. } = refused else { panic!("{refused:?}") };
         assert!(matches!(*fault, Error::ImageSize { actual_width: 8_192, .. }), "{fault:?}");
     }
+}
+
+/// A deflated stream of zeros: 1.6 bytes for each 258 of them.
+fn deflated_zeros(bytes: usize) -> Vec<u8> {
+    let mut deflated = vec![0x78, 0x01, 0];
+    let mut bits = 0;
+    let mut push = |bit: bool| {
+        if bits == 8 {
+            deflated.push(0);
+            bits = 0;
+        }
+        *deflated.last_mut().unwrap() |= u8::from(bit) << bits;
+        bits += 1;
+    };
+    // A last block with fixed codes: a zero, then runs of 258 bytes that repeat the byte before.
+    let mut code = |code: &str| code.bytes().for_each(|bit| push(bit == b'1'));
+    code("110");
+    code("00110000");
+    (0..bytes / 258).for_each(|_| code("1100010100000"));
+    code("0000000");
+    deflated
+}
+
+/// Puts a chunk behind a PNG's header.
+fn add_chunk(path: &std::path::Path, name: &[u8], content: &[u8]) {
+    let mut file = fs::read(path).unwrap();
+    let mut chunk = (content.len() as u32).to_be_bytes().to_vec();
+    let named = [name, content].concat();
+    chunk.extend_from_slice(&named);
+    chunk.extend_from_slice(&crc32fast::hash(&named).to_be_bytes());
+    file.splice(33..33, chunk);
+    fs::write(path, file).unwrap();
+}
+
+#[test]
+fn colour_profiles_that_inflate_without_end_are_passed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let (color, depth) = (folder.path().join("color.png"), folder.path().join("depth.png"));
+    write_png(&color, 16, 12, &common::colors(0)).unwrap();
+    write_depth_png(&depth, &common::depth(0), 5000.0).unwrap();
+    let (colors, depths) = (read_color_image(&color).unwrap(), read_depth_png(&depth, 5000.0).unwrap());
+    let profile = [b"p\0\0", &deflated_zeros(1 << 28)[..]].concat();
+    add_chunk(&color, b"iCCP", &profile);
+    add_chunk(&depth, b"iCCP", &profile);
+    let region = Region::new(ALLOCATOR);
+    assert_eq!(read_color_image(&color).unwrap().data(), colors.data());
+    assert_eq!(read_depth_png(&depth, 5000.0).unwrap(), depths);
+    let allocated = region.change().bytes_allocated;
+    assert!(allocated < 250 << 20, "{allocated} bytes");
+}
+
+/// 8 MB a mask when it is decoded, in a line of 120 bytes.
+#[test]
+fn masks_are_decoded_when_their_frame_is_asked_for() {
+    let mut lines = String::new();
+    for index in 0..50 {
+        let head = format!("{{\"timestamp\": {index}, \"detections\": [{{\"label\": \"a\", \"score\": 1");
+        let mask = "\"mask\": {\"size\": [8192, 8192], \"counts\": [67108863, 1]}";
+        writeln!(lines, "{head}, \"bbox\": [0, 0, 1, 1], {mask}}}]}}").unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("detections.jsonl");
+    fs::write(&path, lines).unwrap();
+    let region = Region::new(ALLOCATOR);
+    let file = DetectionFile::open(&path, 0.02).unwrap();
+    let found = file.at(7.0).unwrap().unwrap();
+    let mask = found[0].mask().unwrap();
+    assert!(mask.count() == 1 && mask.at(8_191, 8_191));
+    let allocated = region.change().bytes_allocated;
+    assert!(allocated < 250 << 20, "{allocated} bytes");
 }

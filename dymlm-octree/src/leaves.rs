@@ -114,6 +114,20 @@ impl<'a> Leaves<'a> {
         self.stack
     }
 
+    /// The smallest cells of a leaf that are in the box: a leaf may be far larger than the box.
+    pub(crate) fn cells_of(&self, leaf: &Leaf) -> impl Iterator<Item = Key> + use<> {
+        // The last cell of the whole map has the largest index that a key can have: the side has not.
+        let last = ((1_u32 << (DEPTH - leaf.depth)) - 1) as u16;
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            let first = leaf.key[axis];
+            first.max(self.min[axis])..=first.saturating_add(last).min(self.max[axis])
+        });
+        z.flat_map(move |z| {
+            let x = x.clone();
+            y.clone().flat_map(move |y| x.clone().map(move |x| [x, y, z]))
+        })
+    }
+
     fn overlaps(&self, corner: Key, depth: u8) -> bool {
         let last = ((1_u32 << (DEPTH - depth)) - 1) as u16;
         (0..3).all(|axis| corner[axis] <= self.max[axis] && corner[axis] + last >= self.min[axis])

@@ -1,4 +1,4 @@
-use dymlm_core::vector3::{boxes_touch, distances_to_box};
+use dymlm_core::vector3::distances_to_box;
 use dymlm_core::{PointCloud, Rgb};
 
 use crate::insertion::ScanScratch;
@@ -178,25 +178,25 @@ impl Octree {
         }
     }
 
-    /// Makes occupied cells free, as after one miss: the smallest cells that touch any of the boxes (lowest
-    /// and highest corner, metres) and for whose centre `is_free` is true. Returns their number. O(leaves in
-    /// the boxes).
+    /// Makes occupied cells free, as after one miss: the smallest cells that share a point with any of the
+    /// boxes (lowest and highest corner, metres; a cell has its lower faces, not its upper ones) and for whose
+    /// centre `is_free` is true. Returns their number. O(leaves and occupied smallest cells in the boxes),
+    /// however large the leaves are.
     pub fn free_cells(
         &mut self,
         boxes: impl IntoIterator<Item = [[f64; 3]; 2]>,
         is_free: impl Fn([f64; 3]) -> bool,
     ) -> usize {
         let half = 0.5 * self.resolution();
+        let center = |key: Key| self.lattice.corner(key).map(|c| c + half);
         let (mut freed, mut buffer): (Vec<Key>, _) = (Vec::new(), Vec::new());
-        for around in boxes {
-            let [min, max] = around;
+        for [min, max] in boxes {
             let mut leaves = self.leaves_in_box_with(min, max, buffer);
-            let occupied = leaves.by_ref().filter(|leaf| leaf.state == CellState::Occupied);
-            let cells = occupied.flat_map(|leaf| smallest_cells(leaf.key, leaf.depth));
-            let center = |key: Key| self.lattice.corner(key).map(|c| c + half);
-            let is_in =
-                |center: [f64; 3]| boxes_touch([center.map(|c| c - half), center.map(|c| c + half)], around);
-            freed.extend(cells.filter(|&key| is_in(center(key)) && is_free(center(key))));
+            while let Some(leaf) = leaves.next() {
+                if leaf.state == CellState::Occupied {
+                    freed.extend(leaves.cells_of(&leaf).filter(|&key| is_free(center(key))));
+                }
+            }
             buffer = leaves.into_buffer();
         }
         // Boxes that touch share cells.
@@ -289,11 +289,4 @@ fn count(subtree: Subtree<'_>, counts: &mut OctreeCounts) {
             }
         }
     }
-}
-
-/// Keys of the smallest cells of the cube that begins at a key.
-fn smallest_cells([x, y, z]: Key, depth: u8) -> impl Iterator<Item = Key> {
-    let side = (1_u32 << (DEPTH - depth)) as u16;
-    let along = move |first: u16| (0..side).map(move |step| first + step);
-    along(z).flat_map(move |z| along(y).flat_map(move |y| along(x).map(move |x| [x, y, z])))
 }

@@ -52,7 +52,7 @@ pub fn recorded_frames(folder: &Path) -> impl Iterator<Item = RecordedFrame> + u
         RecordedFrame {
             frame: posed.frame,
             world_from_camera: posed.world_from_camera,
-            detections: found.map(<[Detection]>::to_vec).unwrap_or_default(),
+            detections: found.unwrap_or_default(),
             people,
         }
     })

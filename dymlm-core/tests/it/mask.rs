@@ -150,6 +150,34 @@ mod letterbox {
     }
 }
 
+mod any_runs {
+    use dymlm_core::{Mask, RunLengths};
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Runs of single pixels, of parts of columns and of many columns, in images of any size.
+        #[test]
+        fn run_lengths_and_back_are_the_mask(
+            width in 1..200_usize,
+            height in 1..200_usize,
+            runs in prop::collection::vec(prop_oneof![0..3_usize, 0..100_usize, 0..5000_usize], 1..60),
+        ) {
+            let is_true: Vec<bool> = runs
+                .iter()
+                .enumerate()
+                .flat_map(|(index, &run)| std::iter::repeat_n(index % 2 == 1, run))
+                .cycle()
+                .take(if runs.iter().all(|&run| run == 0) { 0 } else { width * height })
+                .collect();
+            let belongs = |u: usize, v: usize| is_true.get(u * height + v).is_some_and(|&is_true| is_true);
+            let mask = Mask::from_fn(width, height, belongs).unwrap();
+            let runs = mask.run_lengths();
+            prop_assert_eq!(&Mask::from_run_lengths(width, height, &runs).unwrap(), &mask);
+            prop_assert_eq!(RunLengths::new(width, height, runs).unwrap().mask(), mask);
+        }
+    }
+}
+
 #[cfg(feature = "serde")]
 mod run_lengths {
     use dymlm_core::Mask;

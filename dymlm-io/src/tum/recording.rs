@@ -108,9 +108,7 @@ impl TumRecording {
         let Some(listed) = self.dataset.frames().get(index) else { return Ok(None) };
         Ok(match &self.detections {
             RecordedDetections::None | RecordedDetections::LeftAlone => None,
-            RecordedDetections::File(file) => {
-                file.at(listed.color_timestamp.unwrap_or(listed.timestamp))?.map(<[_]>::to_vec)
-            }
+            RecordedDetections::File(file) => file.at(listed.color_timestamp.unwrap_or(listed.timestamp))?,
             RecordedDetections::Yolo(folder) => {
                 Some(folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?)
             }

@@ -319,6 +319,31 @@ fn config_that_json_cannot_hold_is_an_error() {
     assert!(names_in(parent.path()).is_empty());
 }
 
+/// A pipe or a device is written to, and never replaced by a file.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_written_to() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("nowhere");
+    std::os::unix::fs::symlink("/dev/null", &link).unwrap();
+    write_atomically(&link, |out| out.write_all(b"x")).unwrap();
+    assert!(link.is_symlink() && fs::metadata(&link).unwrap().file_type().is_char_device());
+
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::read(pipe).unwrap()
+    });
+    write_atomically(&pipe, |out| out.write_all(b"through the pipe")).unwrap();
+    assert_eq!(reader.join().unwrap(), b"through the pipe");
+    assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+    let failed = write_atomically(&link, |_| Err::<(), _>("nothing to write"));
+    assert!(failed.unwrap_err().to_string().contains("nothing to write"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "nothing was left behind");
+}
+
 #[test]
 fn an_atomic_file_is_whole_or_as_it_was() {
     let folder = tempfile::tempdir().unwrap();

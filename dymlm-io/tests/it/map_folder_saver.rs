@@ -116,6 +116,24 @@ fn a_save_that_fails_leaves_the_one_before() {
     assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 2, "the map, and its lock");
 }
 
+/// A path with a mistake in it leaves no folders behind.
+#[test]
+fn a_map_that_is_not_there_is_not_opened() {
+    let parent = tempfile::tempdir().unwrap();
+    for path in ["typo/of/a/path/map", "map"] {
+        let refused = MapFolderSaver::open(parent.path().join(path)).unwrap_err();
+        assert!(matches!(refused, Error::Io { .. }), "{refused}");
+        assert!(refused.to_string().contains(path), "{refused}");
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0, "{path}");
+    }
+    // One that a crash has left aside is.
+    let folder = parent.path().join("map");
+    save(&mut MapFolderSaver::create(&folder).unwrap(), "a", &[(1, Some(b"one".to_vec()))]).unwrap();
+    fs::rename(&folder, parent.path().join(".map.dymlm-old")).unwrap();
+    let (saver, _) = MapFolderSaver::open(&folder).unwrap();
+    assert_eq!(read(saver.folder(), "a"), [(1, b"one".to_vec())].into());
+}
+
 #[test]
 fn one_writes_at_a_time() {
     let parent = tempfile::tempdir().unwrap();

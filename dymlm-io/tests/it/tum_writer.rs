@@ -53,7 +53,7 @@ fn a_written_sequence_is_read_back_as_it_was() {
         }
         assert!(posed.world_from_camera.distance(&pose(index)) < 1e-12);
         assert!(posed.world_from_camera.angle(&pose(index)) < 1e-7);
-        assert_eq!(found.at(written.timestamp()).unwrap(), Some(detections(index).as_slice()));
+        assert_eq!(found.at(written.timestamp()).unwrap(), Some(detections(index)));
     }
 }
 

@@ -38,14 +38,16 @@ impl OccupancyGrid {
         Ok(())
     }
 
-    /// Writes `name.pgm` and `name.yaml` into a folder; each replaces an older file only when it is whole.
+    /// Writes `name.pgm` and `name.yaml` into a folder; each replaces an older file only when it is whole. The
+    /// name may lead to a folder within, which exists: `floor1/map`.
     ///
     /// # Errors
     ///
     /// [`Error::Io`], naming the file.
     pub fn save(&self, folder: impl AsRef<Path>, name: &str) -> Result<(), Error> {
-        let image = format!("{name}.pgm");
-        let image_path = folder.as_ref().join(&image);
+        let image_path = folder.as_ref().join(format!("{name}.pgm"));
+        // Loaders look for the image from the description's own folder.
+        let image = image_path.file_name().unwrap_or_default().to_string_lossy();
         let yaml_path = folder.as_ref().join(format!("{name}.yaml"));
         crate::files::save(&image_path, |writer| self.write_pgm(writer))?;
         crate::files::save(&yaml_path, |writer| self.write_yaml(writer, &image))

@@ -1,5 +1,5 @@
 use super::OccupancyGrid;
-use super::grid::{HeightRange, Heights, NO_HEIGHTS};
+use super::grid::{HeightRange, Heights, NO_HEIGHTS, cell_count};
 use super::region::{GridCells, GridRegion, Shadow};
 use crate::{Error, Extent, Octree};
 
@@ -77,6 +77,7 @@ impl OccupancyGrid {
     ) -> Result<GridUpdate, Error> {
         self.check_resolution(map)?;
         region.map_or(Ok(()), GridRegion::check)?;
+        self.give_heights_by_cell(region)?;
         let has_grown = self.reach_out(region)?;
         let mut indices = Vec::new();
         self.push_cells_over(changes, &mut indices);
@@ -100,10 +101,24 @@ impl OccupancyGrid {
         Err(Error::GridResolution { resolution: self.resolution, other: map.resolution() })
     }
 
+    /// Gives each cell of a grid of the same heights these as its own, if the grid is to grow: new cells have
+    /// none yet then, and are projected whatever heights they get.
+    fn give_heights_by_cell(&mut self, region: Option<&GridRegion>) -> Result<(), Error> {
+        let (Some(region), Heights::Same { range, .. }) = (region, &self.heights) else { return Ok(()) };
+        // A grid that cannot grow so far stays as it was.
+        cell_count(self.place_with(region))?;
+        self.heights = Heights::ByCell(vec![*range; self.cells.len()]);
+        Ok(())
+    }
+
+    fn place_with(&self, region: &GridRegion) -> GridCells {
+        self.place.united(&GridCells::of(region, self.resolution))
+    }
+
     /// Grows the grid to hold a region; whether it has grown.
     fn reach_out(&mut self, region: Option<&GridRegion>) -> Result<bool, Error> {
         let Some(region) = region else { return Ok(false) };
-        let place = self.place.united(&GridCells::of(region, self.resolution));
+        let place = self.place_with(region);
         let has_grown = place != self.place;
         self.grow(place)?;
         Ok(has_grown)

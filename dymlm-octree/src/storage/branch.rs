@@ -137,6 +137,17 @@ impl Branch {
         self.entries[entries].iter().all(|entry| matches!(entry, Entry::Leaf(own) if *own == value))
     }
 
+    /// Of how many entries the leaf around an entry is made, as a power of 8: neighbouring entries that are
+    /// equal leaves are one leaf of twice or four times their side. 0 for an entry that is no leaf.
+    pub(super) fn leaf_log8(&self, entry: usize) -> u32 {
+        let Entry::Leaf(value) = self.entries[entry] else { return 0 };
+        let is_leaf = |log8: u32| {
+            let first = entry >> (3 * log8) << (3 * log8);
+            self.is_all(first..first + (1 << (3 * log8)), value)
+        };
+        (1..=2).take_while(|&log8| is_leaf(log8)).last().unwrap_or(0)
+    }
+
     /// Replaces nodes that are empty or all one leaf by an unknown entry or a leaf, and brings `max` up to
     /// date.
     pub(super) fn settle(&mut self) {

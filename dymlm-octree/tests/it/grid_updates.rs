@@ -115,6 +115,29 @@ proptest! {
         prop_assert_eq!(again.projected, 0);
     }
 
+    /// A grid of one pair of heights for all cells gets heights for each cell, which may be the same.
+    #[test]
+    fn a_grid_of_the_same_heights_may_grow_with_them(up in any_up(), seed in any::<u64>()) {
+        let mut random = Random(seed);
+        let mut map = Octree::new(config(RESOLUTION, 6.0)).unwrap();
+        scanned(&mut map, &mut random, 1.0);
+        let small = GridRegion { min: [-0.5, -0.5], max: [0.5, 1.0] };
+        let large = GridRegion { min: [-1.5, -0.5], max: [0.5, 2.0] };
+        let anew = map.project_region(up, 0.1, 1.8, &large).unwrap();
+        let nowhere = GridRegion { min: [0.0; 2], max: [0.0; 2] };
+        for grid in [
+            map.project_region(up, 0.1, 1.8, &small),
+            map.project_region(up, 0.1, 1.8, &nowhere),
+            map.project_between(up, &small, |_| Some([0.1, 1.8])),
+        ] {
+            let mut grid = grid.unwrap();
+            let update = grid.update_between(&map, &[], Some(&large), |_| Some([0.1, 1.8])).unwrap();
+            prop_assert!(update.has_grown);
+            prop_assert_eq!(grid.region(), anew.region());
+            prop_assert_eq!(grid.cells(), anew.cells());
+        }
+    }
+
     /// Against every pair of cells.
     #[test]
     fn inflation_is_exact(seed in any::<u64>(), radius in 0.0..3.0_f64, whole_cells in any::<bool>()) {
@@ -179,6 +202,11 @@ fn refuses_what_is_no_region_radius_or_map() {
         let error = grid.update_between(&map, &[], Some(&region), |_| None).unwrap_err();
         assert!(error.to_string().contains("no grid from"), "{error}");
     }
+    let mut grid = map.project_region(up, 0.0, 1.0, &GridRegion { min: [0.0; 2], max: [1.0; 2] }).unwrap();
+    let before = grid.clone();
+    let error = grid.update_between(&map, &[], Some(&GridRegion { min: [0.0; 2], max: [1e6; 2] }), |_| None);
+    assert!(matches!(error, Err(Error::GridSize { .. })), "{error:?}");
+    assert_eq!(grid, before);
     let huge = GridRegion { min: [0.0; 2], max: [1e6; 2] };
     assert!(matches!(map.project_region(up, 0.0, 1.0, &huge), Err(Error::GridSize { width: 4_000_000, .. })));
     let endless = GridRegion { min: [-1e300; 2], max: [1e300; 2] };

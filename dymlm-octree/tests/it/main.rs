@@ -4,8 +4,10 @@
 
 mod clones;
 mod common;
+mod copies;
 mod distance_field;
 mod files;
+mod freed_cells;
 mod grid_updates;
 mod insertion;
 mod map_file;

@@ -36,6 +36,11 @@ fn what_is_written_is_read_again() {
         assert_eq!(read.origin, [grid.origin()[0], grid.origin()[1], 0.0]);
         assert_eq!(read.cells, grid.cells());
     }
+    // The description names the image beside it, wherever both lie.
+    std::fs::create_dir(folder.path().join("floor 1")).unwrap();
+    grid.save(folder.path(), "floor 1/map").unwrap();
+    let read = MapFile::load(folder.path().join("floor 1/map.yaml")).unwrap();
+    assert_eq!(read.cells, grid.cells());
 }
 
 #[test]

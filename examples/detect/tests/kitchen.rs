@@ -20,7 +20,7 @@ fn detections_are_those_that_came_with_the_recordings() {
         for index in 0..images.len() {
             let image = images.load(index).unwrap().unwrap();
             let timestamp = images.timestamp(index).unwrap();
-            comparison.add(&yolox.detect(&image).unwrap(), reference.at(timestamp).unwrap().unwrap());
+            comparison.add(&yolox.detect(&image).unwrap(), &reference.at(timestamp).unwrap().unwrap());
         }
         println!("{name}: {comparison}");
         assert_eq!(comparison.frames(), 20);

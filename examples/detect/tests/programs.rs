@@ -100,7 +100,7 @@ fn stdout(output: &Output) -> String {
 
 fn found_in(path: &Path, index: usize) -> Option<Vec<Detection>> {
     let file = DetectionFile::open(path, DetectionFile::DEFAULT_TOLERANCE).unwrap();
-    file.at(index as f64 * 0.2).unwrap().map(<[_]>::to_vec)
+    file.at(index as f64 * 0.2).unwrap()
 }
 
 #[test]

@@ -64,9 +64,14 @@ impl MapFolderSaver {
     ///
     /// # Errors
     ///
-    /// [`Error::Locked`] when somebody else writes the folder; those of [`MapFolder::open`] and
-    /// [`MapFolder::state`].
+    /// [`Error::Io`] when there is no such folder: none is made. [`Error::Locked`] when somebody else writes
+    /// the folder; those of [`MapFolder::open`] and [`MapFolder::state`].
     pub fn open(folder: impl AsRef<Path>) -> Result<(Self, MapFolder), Error> {
+        let folder = folder.as_ref();
+        if !folder.exists() {
+            // A crash may have left the map aside: it is put back, or the folder is named as missing.
+            MapFolder::open_unverified(folder)?;
+        }
         let saver = Self::create(folder)?;
         let saved = MapFolder::open(&saver.target)?;
         Ok((Self { index: saved.state_index()?, ..saver }, saved))

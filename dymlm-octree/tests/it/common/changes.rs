@@ -1,5 +1,6 @@
 //! Random changes of a map.
 
+use super::{Key, one_leaf};
 use dymlm_octree::Octree;
 use proptest::prelude::*;
 
@@ -10,12 +11,25 @@ pub(crate) enum Change {
     Set([f64; 3], Option<f32>),
     ForgetOutside([f64; 3], f64),
     Merge,
+    /// Merges a map of one leaf: the lowest cell of the leaf, its depth, its log-odds.
+    Cube(Key, u8, f32),
     ToMaxLikelihood,
     Clear,
 }
 
 fn place() -> impl Strategy<Value = [f64; 3]> {
     prop::array::uniform3(-4.0..4.0_f64)
+}
+
+/// Leaves of 1 to 64 cells a side around the world's origin, mostly with log-odds that other changes lead to as well.
+fn cube() -> impl Strategy<Value = Change> {
+    let log_odds = prop_oneof![Just(-2.0_f32), Just(3.5), Just(0.5)];
+    (10..=16_u8, prop::array::uniform3(32768 - 64..32768 + 64_u16), log_odds).prop_map(
+        |(depth, key, log_odds)| {
+            let side = 1_u16 << (16 - depth);
+            Change::Cube(key.map(|index| index / side * side), depth, log_odds)
+        },
+    )
 }
 
 pub(crate) fn changes() -> impl Strategy<Value = Vec<Change>> {
@@ -25,6 +39,7 @@ pub(crate) fn changes() -> impl Strategy<Value = Vec<Change>> {
         4 => (place(), prop::option::of(-2.0..3.0_f32)).prop_map(|(at, value)| Change::Set(at, value)),
         2 => (place(), 0.5..5.0_f64).prop_map(|(center, radius)| Change::ForgetOutside(center, radius)),
         1 => Just(Change::Merge),
+        4 => cube(),
         1 => Just(Change::ToMaxLikelihood),
         1 => Just(Change::Clear),
     ];
@@ -40,6 +55,9 @@ pub(crate) fn apply(map: &mut Octree, change: &Change) {
         Change::Set(at, value) => map.set_log_odds(*at, *value),
         Change::ForgetOutside(center, radius) => map.forget_outside(*center, *radius),
         Change::Merge => map.merge(&map.clone()).unwrap(),
+        Change::Cube(key, depth, log_odds) => {
+            map.merge(&one_leaf(map.resolution(), *key, *depth, *log_odds)).unwrap();
+        }
         Change::ToMaxLikelihood => map.to_max_likelihood(),
         Change::Clear => map.clear(),
     }

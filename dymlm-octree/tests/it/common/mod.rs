@@ -32,6 +32,19 @@ pub(crate) fn config(resolution: f64, max_range: f64) -> OctreeConfig {
     config
 }
 
+/// A map of one leaf, given by its lowest cell: the file of such a map is one node for each depth.
+pub(crate) fn one_leaf(resolution: f64, key: Key, depth: u8, log_odds: f32) -> Octree {
+    let mut file =
+        format!("# Octomap OcTree file\nid OcTree\nsize {}\nres {resolution}\ndata\n", u32::from(depth) + 1)
+            .into_bytes();
+    for level in 0..=depth {
+        file.extend_from_slice(&log_odds.to_le_bytes());
+        let bit = |axis: usize| (key[axis] >> (15 - level) & 1) << axis;
+        file.push(if level == depth { 0 } else { 1 << (bit(0) | bit(1) | bit(2)) });
+    }
+    Octree::read_ot(file.as_slice(), OctreeConfig::default()).unwrap()
+}
+
 pub(crate) fn double(point: [f32; 3]) -> [f64; 3] {
     point.map(f64::from)
 }

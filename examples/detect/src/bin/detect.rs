@@ -177,7 +177,7 @@ impl Run {
     ) -> Result<(), AnyError> {
         let reference = reference.map(|file| file.at(timestamp)).transpose()?.flatten();
         if let (Some(comparison), Some(reference)) = (&mut self.comparison, reference) {
-            comparison.add(found, reference);
+            comparison.add(found, &reference);
         }
         Ok(())
     }
