@@ -21,11 +21,12 @@ impl CloudMap {
     /// them in a copy of the earlier cloud gives this one. They come in the order of the slots that a map
     /// gives its blocks when it first meets them.
     ///
-    /// Where the earlier map is a clone of this one, O(blocks / 64) comparisons of pointers, and what has
-    /// changed; else O(points).
+    /// Where the earlier map was cloned from a state that this one has gone on from, O(blocks / 64) comparisons of
+    /// pointers, and what has changed; else O(points).
     pub fn changes_since(&self, earlier: &Self) -> Vec<CloudBlock> {
         let (new, old) = (self.kept_cloud(), earlier.kept_cloud());
-        let has_same_slots = self.is_clone_of(earlier);
+        // Of two clones that both went on, each may have another block at a slot.
+        let has_same_slots = self.is_clone_of(earlier) && self.voxels.begins_with(&earlier.voxels);
         let has_changed = |slot: &usize| {
             let key = self.voxels.keys()[*slot];
             match if has_same_slots { Some(*slot) } else { earlier.voxels.slot(key) } {

@@ -294,6 +294,15 @@ impl<B: Block> BlockStore<B> {
         &self.keys
     }
 
+    /// Whether the blocks of an earlier store are at the same slots here. O(blocks / 64) where the stores share
+    /// what they have had in common.
+    pub(crate) fn begins_with(&self, earlier: &Self) -> bool {
+        earlier.keys.unshared_pages(&self.keys).all(|(page, keys)| {
+            let first = page * Pages::<BlockKey>::PAGE;
+            keys.iter().zip(first..).all(|(key, slot)| self.keys.get(slot) == Some(key))
+        })
+    }
+
     /// The lowest and the highest coordinates of all blocks.
     pub(crate) fn bounds(&self) -> Option<[[i32; 3]; 2]> {
         let first = self.keys.get(0)?;

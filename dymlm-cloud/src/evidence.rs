@@ -447,9 +447,9 @@ impl EvidenceBlock {
     /// The counts of the cell with this index, of all frames together.
     pub(crate) fn total(&self, index: usize) -> Support {
         self.epochs.of_cell(index).fold(Support::default(), |sum, (_, counts)| Support {
-            support: sum.support + counts.support,
-            looked_through: sum.looked_through + counts.looked_through,
-            movers: sum.movers + counts.movers,
+            support: sum.support.saturating_add(counts.support),
+            looked_through: sum.looked_through.saturating_add(counts.looked_through),
+            movers: sum.movers.saturating_add(counts.movers),
         })
     }
 

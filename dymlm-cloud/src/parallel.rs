@@ -24,3 +24,20 @@ pub(crate) fn map_with<S, T, R>(
     let mut scratch = scratch();
     tasks.into_iter().map(|task| work(&mut scratch, task)).collect()
 }
+
+/// Lets a thread of rayon's that waits do what others have asked of the pool; `false` on any other thread, which
+/// should wait by blocking.
+#[cfg(feature = "parallel")]
+pub(crate) fn helps_others() -> bool {
+    let did = rayon::yield_now();
+    if did == Some(rayon::Yield::Idle) {
+        std::thread::yield_now();
+    }
+    did.is_some()
+}
+
+/// `false`: there is no pool.
+#[cfg(not(feature = "parallel"))]
+pub(crate) fn helps_others() -> bool {
+    false
+}

@@ -156,9 +156,12 @@ impl VerdictGrid {
     pub(crate) fn forget(&mut self, evidence: &Retained) {
         self.blocks.keep(&evidence.stays);
         self.stamps.keep(&evidence.stays);
+        self.revision += 1;
         for &slot in &evidence.around {
             if let Some(block) = self.blocks.get_mut(slot) {
                 *block = None;
+                // Where nothing is static any more, no later verdict is a change.
+                self.stamps.note(slot, self.revision);
             }
         }
     }

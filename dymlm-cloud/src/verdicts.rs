@@ -1,5 +1,6 @@
+use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use dymlm_core::vector3::bounds;
 
@@ -11,22 +12,24 @@ use crate::{CloudMap, Verdict};
 
 /// The evidence's verdicts on places, as of the newest frame ([`CloudMap::verdicts`]). All maps ask them, so
 /// that no map holds what another has found to be a ghost.
+///
+/// Whoever holds them keeps other threads from querying the same map.
 pub struct Verdicts<'a> {
     map: &'a CloudMap,
-    kept: MutexGuard<'a, Kept>,
+    kept: Held<'a>,
 }
 
 impl Verdicts<'_> {
     /// The verdict on a place, metres, world: [`Verdict::Static`] or [`Verdict::Ghost`]; `None` when nothing
     /// was ever read there.
     pub fn at(&self, place: [f64; 3]) -> Option<Verdict> {
-        self.kept.verdicts.of_voxel(&self.map.evidence, self.map.voxel_at(place)?)
+        self.kept.get().verdicts.of_voxel(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
     /// Whether a place in which something was read is free now: frames look through it. A mover that stays is
     /// a ghost, but not free. `None` when nothing was ever read there.
     pub fn is_free(&self, place: [f64; 3]) -> Option<bool> {
-        self.kept.verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
+        self.kept.get().verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
     /// Whether a place is empty: frames look through it, and nothing stands there, not even a mover. Where
@@ -34,7 +37,7 @@ impl Verdicts<'_> {
     /// place.
     pub fn is_empty(&self, place: [f64; 3]) -> Option<bool> {
         let voxel = self.map.voxel_at(place)?;
-        let read = self.kept.verdicts.is_free(&self.map.evidence, voxel);
+        let read = self.kept.get().verdicts.is_free(&self.map.evidence, voxel);
         read.or_else(|| self.map.evidence.is_looked_through(voxel).then_some(true))
     }
 
@@ -47,7 +50,7 @@ impl Verdicts<'_> {
     /// have changed after a [revision](CloudMap::evidence_revision): their evidence has, or that beside them.
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
-        let slots = self.kept.verdicts.ghost_blocks_since(&self.map.evidence, revision);
+        let slots = self.kept.get().verdicts.ghost_blocks_since(&self.map.evidence, revision);
         slots.into_iter().filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
     }
 
@@ -67,8 +70,8 @@ impl CloudMap {
     /// The verdicts of the evidence as it is now. Costs what has changed since the last call: some
     /// microseconds for each block of 8^3 cells.
     pub fn verdicts(&self) -> Verdicts<'_> {
-        let mut kept = self.kept.lock();
-        kept.verdicts.refresh(&self.evidence, self.config.looks_per_reading as f32);
+        let mut kept = self.kept.hold();
+        kept.get_mut().verdicts.refresh(&self.evidence, self.config.looks_per_reading as f32);
         Verdicts { map: self, kept }
     }
 
@@ -80,7 +83,7 @@ impl CloudMap {
     /// The static cloud, with all changes taken in.
     pub(crate) fn kept_cloud(&self) -> Arc<StaticCloud> {
         let mut kept = self.verdicts().kept;
-        let Kept { verdicts, cloud } = &mut *kept;
+        let Kept { verdicts, cloud } = kept.get_mut();
         let source = Source {
             voxels: &self.voxels,
             stamp: self.stamp,
@@ -134,6 +137,57 @@ pub(crate) struct SharedKept {
     kept: Mutex<Kept>,
     /// Maps with one lineage have their blocks at the same slots, and stamps that continue each other's.
     lineage: Lineage,
+}
+
+thread_local! {
+    /// How many caches this thread holds.
+    static HOLDS: Cell<u32> = const { Cell::new(0) };
+}
+
+/// The cache of a map while it is brought up to date and read.
+///
+/// With the feature `parallel` the work is done on rayon's threads, while the cache is locked. A thread of the pool
+/// that merely waited for the lock would not do that work, and if all of them did, nobody would; and a thread that
+/// waits for its own part of the work may be given another task of the caller, which queries the same map. So
+/// threads of the pool help others while they wait, and a thread that holds a cache already waits for none: it
+/// works out what it asks for anew, for itself.
+struct Held<'a>(Holding<'a>);
+
+enum Holding<'a> {
+    Locked(MutexGuard<'a, Kept>),
+    Alone(Box<Kept>),
+}
+
+impl<'a> Held<'a> {
+    fn locked(kept: MutexGuard<'a, Kept>) -> Self {
+        HOLDS.set(HOLDS.get() + 1);
+        Self(Holding::Locked(kept))
+    }
+
+    fn alone() -> Self {
+        HOLDS.set(HOLDS.get() + 1);
+        Self(Holding::Alone(Box::default()))
+    }
+
+    fn get(&self) -> &Kept {
+        match &self.0 {
+            Holding::Locked(kept) => kept,
+            Holding::Alone(kept) => kept,
+        }
+    }
+
+    fn get_mut(&mut self) -> &mut Kept {
+        match &mut self.0 {
+            Holding::Locked(kept) => kept,
+            Holding::Alone(kept) => kept,
+        }
+    }
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        HOLDS.set(HOLDS.get().saturating_sub(1));
+    }
 }
 
 /// Tells apart maps that are no clones of each other.
@@ -247,14 +301,32 @@ impl SharedKept {
         verdicts + voxels.into_iter().map(|slot| cloud.block_bytes(slot)).sum::<usize>()
     }
 
+    /// What is cached, to bring it up to date, which may work on rayon's threads: see [`Held`].
+    fn hold(&self) -> Held<'_> {
+        loop {
+            match self.kept.try_lock() {
+                Ok(kept) => return Held::locked(kept),
+                Err(TryLockError::Poisoned(poisoned)) => return Held::locked(self.renewed(poisoned)),
+                Err(TryLockError::WouldBlock) if HOLDS.get() > 0 => return Held::alone(),
+                Err(TryLockError::WouldBlock) => {
+                    if !crate::parallel::helps_others() {
+                        return Held::locked(self.lock());
+                    }
+                }
+            }
+        }
+    }
+
     fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(|poisoned| {
-            // A panic may have left the cache half updated.
-            let mut kept = poisoned.into_inner();
-            *kept = Kept::default();
-            self.kept.clear_poison();
-            kept
-        })
+        self.kept.lock().unwrap_or_else(|poisoned| self.renewed(poisoned))
+    }
+
+    /// An empty cache: a panic may have left it half updated.
+    fn renewed<'a>(&self, poisoned: PoisonError<MutexGuard<'a, Kept>>) -> MutexGuard<'a, Kept> {
+        let mut kept = poisoned.into_inner();
+        *kept = Kept::default();
+        self.kept.clear_poison();
+        kept
     }
 }
 

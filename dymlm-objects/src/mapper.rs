@@ -509,6 +509,8 @@ impl ObjectMapper {
             }
             let object = Arc::make_mut(object);
             object.frames_in_view += 1;
+            let camera = view.world_from_camera.translation();
+            object.detected_share.count(object.oriented_box.center(), camera, false);
             object.looked_through += u32::from(existence == Existence::Absent);
         }
     }
@@ -594,13 +596,12 @@ impl ObjectMapper {
         for &birth in &self.in_view {
             let place = self.map.place(birth);
             let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
-            let share = f64::from(object.observations) / f64::from(object.frames_in_view.max(1));
             let prior = self.config.sizes.of(&object.label);
             let lengths = object.oriented_box.lengths();
             let is_plausible =
                 prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), PRIOR_SLACK));
-            let is_seen =
-                object.observations >= update.min_observations && share >= update.min_detected_share;
+            let is_seen = object.observations >= update.min_observations
+                && object.detected_share.share() >= update.min_detected_share;
             let is_shown = || object.key_views.show(&object.shape(), LEAST_SHOWN);
             let is_confirmed = is_seen && is_plausible && is_shown();
             match (object.state, is_confirmed) {

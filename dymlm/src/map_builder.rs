@@ -145,7 +145,7 @@ impl MapBuilder {
             }
             log.frames.push(InsertedFrame { timestamp, clock_offset, world_from_camera: *world_from_camera });
         }
-        self.waiting.give_up_before(timestamp - self.config.max_detection_delay);
+        self.waiting.give_up_before(timestamp, self.config.max_detection_delay);
         Ok((id, self.process_ready()?))
     }
 
@@ -180,7 +180,7 @@ impl MapBuilder {
     ///
     /// None is expected: what can be refused was refused when the frame was inserted.
     pub fn process_waiting(&mut self) -> Result<Vec<FrameReport>, Error> {
-        self.waiting.give_up_before(f64::INFINITY);
+        self.waiting.give_up();
         self.process_ready()
     }
 

@@ -30,7 +30,7 @@ pub struct MapConfig {
     pub sensor: SensorModel,
     /// How long a frame waits for its detections at most, seconds between it and the newest frame, 0..=60.
     /// Default 0.5: a detector that takes longer is better reported as not run. Memory holds the frames of
-    /// that time.
+    /// that time. Unless 0, a frame waits while the next one comes, however much later that is.
     pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,

@@ -34,8 +34,13 @@ impl Publisher {
 
     /// Publishes the maps if anybody reads; returns whether it did. Costs a pointer for each plane, key frame
     /// and object, and for each 64 blocks of the cloud.
-    pub(crate) fn publish(&self, map: &mut MultiLevelMap) -> bool {
-        let Some(reader) = self.reader.as_ref().filter(|reader| reader.is_shared()) else { return false };
+    pub(crate) fn publish(&mut self, map: &mut MultiLevelMap) -> bool {
+        let Some(reader) = &self.reader else { return false };
+        if !reader.is_shared() {
+            // Nobody reads any more: the maps published last would hold their own copy of whatever changes.
+            self.reader = None;
+            return false;
+        }
         // The static cloud that a reader has worked out need not be worked out again.
         map.cloud.adopt_static(&reader.latest().cloud);
         reader.publish(map.clone());

@@ -103,13 +103,19 @@ impl WaitingFrames {
         }
     }
 
-    /// Stops waiting for the detections of frames before `time`, seconds: their detector counts as not run.
-    pub(crate) fn give_up_before(&mut self, time: f64) {
-        for waiting in self.queue.iter_mut().take_while(|waiting| waiting.frame.timestamp() < time) {
-            if matches!(waiting.found, Awaited::Pending) {
-                waiting.found = Awaited::NotRun;
-            }
-        }
+    /// Stops waiting for the detections of frames that came more than `delay` seconds before `now`: their detector
+    /// counts as not run. The newest frame goes on waiting unless no delay is allowed: where frames come seldom,
+    /// or after a pause, its detector has had the time until now, but nobody has asked for what it found.
+    pub(crate) fn give_up_before(&mut self, now: f64, delay: f64) {
+        let spared = usize::from(delay > 0.0);
+        let count = self.queue.len().saturating_sub(spared);
+        let is_late = |waiting: &&mut WaitingFrame| waiting.frame.timestamp() < now - delay;
+        self.queue.iter_mut().take(count).take_while(is_late).for_each(WaitingFrame::give_up);
+    }
+
+    /// The same for all frames.
+    pub(crate) fn give_up(&mut self) {
+        self.queue.iter_mut().for_each(WaitingFrame::give_up);
     }
 
     /// Takes out the next frame if it waits for nothing any more.
@@ -120,6 +126,12 @@ impl WaitingFrames {
 }
 
 impl WaitingFrame {
+    fn give_up(&mut self) {
+        if matches!(self.found, Awaited::Pending) {
+            self.found = Awaited::NotRun;
+        }
+    }
+
     /// The frame as it was given.
     pub(crate) fn input(&self) -> FrameInput<'_> {
         let found = match &self.found {

@@ -1,15 +1,12 @@
 use dymlm_core::{BitReader, BitWriter};
 
+use super::MOST_FRAMES;
 use super::cells::{next_cells, put_cells};
 use super::number_code::NumberCode;
 use crate::block_store::for_each_bit;
 use crate::cell_counts::CellCounts;
 use crate::finding::{Counts, FINDINGS};
 use crate::plain_counts::Partition;
-
-/// More frames than a cell can have counted in a period of three hours. Damaged counts are refused by this
-/// limit, before their sums overflow.
-pub(super) const MOST_FRAMES: u32 = 1 << 26;
 
 /// Appends the counts of a block's cells: most cells that have any were looked through by the same number of
 /// frames.

@@ -1,6 +1,7 @@
 use dymlm_core::{BitReader, BitWriter};
 
-use super::counts::{MOST_FRAMES, next_counts, put_counts};
+use super::MOST_FRAMES;
+use super::counts::{next_counts, put_counts};
 use crate::block_store::BlockKey;
 use crate::epochs::{Epochs, Period};
 use crate::evidence::Evidence;

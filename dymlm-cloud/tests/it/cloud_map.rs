@@ -269,6 +269,36 @@ proptest! {
     }
 }
 
+/// Two robots go on from one map, each in a room of its own: what one has is not what the other has.
+#[test]
+fn changes_between_clones_that_both_went_on_lead_from_one_to_the_other() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    for seed in 0..4 {
+        map.insert(&uneven(seed), None, &pose(seed)).unwrap();
+    }
+    let [mut a, mut b] = [map.clone(), map];
+    for (map, x) in [(&mut a, 20.0), (&mut b, -20.0)] {
+        for seed in 0..4 {
+            let room = Pose::new([x, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            map.insert(&uneven(seed), None, &(room * pose(seed))).unwrap();
+        }
+    }
+    for (new, old) in [(&a, &b), (&b, &a)] {
+        let mut copy = blocks_of(old);
+        for block in new.changes_since(old) {
+            copy.insert(block.place, block.points);
+        }
+        copy.retain(|_, points| !points.is_empty());
+        assert!(copy == blocks_of(new));
+    }
+}
+
+/// The static points by blocks.
+fn blocks_of(map: &CloudMap) -> std::collections::BTreeMap<[i32; 3], Vec<Point>> {
+    let nothing = CloudMap::new(map.config().clone(), SensorModel::kinect()).unwrap();
+    map.changes_since(&nothing).into_iter().map(|block| (block.place, block.points)).collect()
+}
+
 #[test]
 fn what_is_far_is_forgotten_and_what_is_near_stays() {
     let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();

@@ -5,8 +5,8 @@ use dymlm_core::{Birth, ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{
-    BoxMotion, CentroidCloud, CloudPatch, KeyView, KeyViews, LabelEvidence, ObjectCloud, ObjectSighting,
-    SeenApart, Sightings, ViewWeight,
+    BoxMotion, CentroidCloud, CloudPatch, DetectedShare, KeyView, KeyViews, LabelEvidence, ObjectCloud,
+    ObjectSighting, SeenApart, Sightings, ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
 use crate::{
@@ -33,6 +33,7 @@ pub struct MapObject {
     pub(crate) frames_in_view: u32,
     /// Of these, the frames that looked through the place where it should be.
     pub(crate) looked_through: u32,
+    pub(crate) detected_share: DetectedShare,
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
     pub(crate) supports: Vec<SupportVotes>,
@@ -120,6 +121,7 @@ impl MapObject {
             && self.sightings.is_possible()
             && self.motion.is_possible()
             && self.view.is_possible()
+            && self.detected_share.is_possible()
             && self.evidence.is_possible()
     }
 }
@@ -273,6 +275,7 @@ impl MapObject {
             flat_observations: 0,
             frames_in_view: 0,
             looked_through: 0,
+            detected_share: DetectedShare::default(),
             first_seen: timestamp,
             last_seen: timestamp,
             supports: Vec::new(),
@@ -300,7 +303,9 @@ impl MapObject {
         limits: &ObjectLimits,
         priors: &SizePriors,
     ) -> CloudPatch {
-        let weight = self.view.next(self.oriented_box.center(), view.world_from_camera.translation());
+        let (place, camera) = (self.oriented_box.center(), view.world_from_camera.translation());
+        let weight = self.view.next(place, camera);
+        self.detected_share.count(place, camera, true);
         let patch = self.patch(observation, weight, view, &limits.sensor, priors);
         Arc::make_mut(&mut self.cloud).add(&patch, limits.max_voxels);
         self.centroids.add(observation.centroid);
@@ -403,6 +408,7 @@ impl MapObject {
         self.flat_observations += other.flat_observations;
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);
         self.looked_through = self.looked_through.min(other.looked_through);
+        self.detected_share.merge(&other.detected_share);
         if other.last_seen > self.last_seen {
             self.motion = other.motion.clone();
         }

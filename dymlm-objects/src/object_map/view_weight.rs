@@ -18,7 +18,7 @@ pub(crate) const FULL: u32 = 1024;
 /// Frames of a view that count fully. A lower value tells rims from surfaces by too few readings; a higher
 /// one lets what was seen for long from one place outweigh what is seen on the way around the object
 /// (`what_was_seen_from_one_place_for_long_grows`).
-const ENOUGH: u32 = 20;
+pub(super) const ENOUGH: u32 = 20;
 /// Cosine of the angle at the object from which on views differ: 15 degrees, about as much as it takes to see
 /// other sides.
 pub(super) const VIEW_COSINE: f64 = 0.966;
@@ -33,11 +33,15 @@ impl ViewWeight {
     /// The weight of one more observation, from 1 to [`FULL`].
     pub(crate) fn next(&mut self, object: Vector3, camera: Vector3) -> u32 {
         let direction = unit(difference(camera, object));
-        let is_same = self.direction.zip(direction).is_some_and(|(own, new)| dot(own, new) >= VIEW_COSINE);
-        if !is_same {
+        if !is_same_direction(self.direction, direction) {
             *self = Self { direction, frames: 0 };
         }
         self.frames = self.frames.saturating_add(1);
         (FULL / self.frames.div_ceil(ENOUGH).max(1)).max(1)
     }
+}
+
+/// Whether two directions from an object are of one view.
+pub(super) fn is_same_direction(own: Option<Vector3>, new: Option<Vector3>) -> bool {
+    own.zip(new).is_some_and(|(own, new)| dot(own, new) >= VIEW_COSINE)
 }

@@ -17,7 +17,8 @@ pub struct UpdateConfig {
     /// Observations needed to confirm an object, 1..=1000. Default 3.
     pub min_observations: u32,
     /// Share of the frames with the object in view that must have detected it to confirm it, 0..=1. Default
-    /// 0.25: detectors find most of what is in view.
+    /// 0.25: detectors find most of what is in view. A camera that looks on from one place counts for at most
+    /// twenty frames.
     pub min_detected_share: f64,
     /// Frames that must have looked through an object for it to be removed, 1..=1000; they must also
     /// outnumber its observations. Default 3.

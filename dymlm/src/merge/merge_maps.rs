@@ -62,7 +62,9 @@ impl MultiLevelMap {
         ])?;
 
         let known = [Some(&*self), world_from_log.is_none().then_some(other)];
-        let (start, events) = merged.known_beginning(known, &self.config)?;
+        let (mut start, events) = merged.known_beginning(known, &self.config)?;
+        // The beginning may be the other map's, whose config may have another memory, history or interval.
+        start.config = Arc::clone(&self.config);
         let already = events.iter().filter_map(Event::key_frame).count();
         let poses: Vec<Pose> = merged.log.poses().collect();
         let preprocessor = Preprocessor::new(self.config.dynamics.clone(), self.config.sensor)?;

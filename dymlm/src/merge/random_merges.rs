@@ -188,6 +188,19 @@ fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
 }
 
 /// What a session's first key frame has shown may be mended or taken out later: it is the same session.
+/// Machines of a fleet have other folders, memory and intervals; the other's sessions may be the first.
+#[test]
+fn the_merged_maps_have_the_config_of_the_map_that_was_merged_into() {
+    let [early, late] = [0.0, 50.0].map(|time| map(&(0, time, frames(3))));
+    for [into, other] in [[&late, &early], [&early, &late]] {
+        let (mut into, mut other) = (into.clone(), other.clone());
+        Arc::make_mut(&mut other.config).publish_interval = 7.0;
+        let config = Arc::clone(&into.config);
+        into.merge(&other, &Pose::identity()).unwrap();
+        assert!(into.config() == &*config);
+    }
+}
+
 #[test]
 fn a_session_whose_first_key_frame_is_gone_in_one_map_is_the_same_session() {
     let whole = map(&(0, 0.0, frames(3)));

@@ -260,6 +260,27 @@ fn a_frame_whose_detections_come_too_late_is_mapped_without() {
     assert!(fingerprint(waited.map()) == fingerprint(not_run.map()));
 }
 
+/// The detector is done before the next frame, and what it found is fetched after that frame was inserted.
+#[test]
+fn where_frames_come_once_a_second_a_detector_one_frame_behind_is_heard() {
+    let mut frames: Vec<SimulatedFrame> = sequence(4).frames().collect();
+    for (second, one) in frames.iter_mut().enumerate() {
+        one.frame.set_timestamp(second as f64).unwrap();
+    }
+    let (mut behind, mut at_once) = (MapBuilder::new(config()).unwrap(), MapBuilder::new(config()).unwrap());
+    let mut last = None;
+    for one in &frames {
+        let id = behind.insert(&one.frame, Detections::Pending, &one.world_from_camera).unwrap().id;
+        if let Some((before, found)) = last.replace((id, &one.detections)) {
+            behind.detections_for(before, found).unwrap();
+        }
+        at_once.insert(&one.frame, &one.detections, &one.world_from_camera).unwrap();
+    }
+    let (newest, found) = last.unwrap();
+    behind.detections_for(newest, found).unwrap();
+    assert!(fingerprint(behind.map()) == fingerprint(at_once.map()));
+}
+
 #[test]
 fn what_waits_is_refused_at_its_insertion_or_never() {
     let frames: Vec<SimulatedFrame> = sequence(3).frames().collect();

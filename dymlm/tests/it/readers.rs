@@ -137,6 +137,16 @@ fn whoever_waits_is_woken_and_whoever_waits_in_vain_is_told() {
     assert!(fingerprint(builder.map()) == fingerprint(mapped_alone(&frames).map()));
 }
 
+/// The first two frames, so many seconds after the last one.
+fn later(frames: &[SimulatedFrame], seconds: f64) -> Vec<SimulatedFrame> {
+    let last = frames.last().map_or(0.0, |one| one.frame.timestamp());
+    let mut later = frames[..2].to_vec();
+    for (step, one) in later.iter_mut().enumerate() {
+        one.frame.set_timestamp(last + seconds + step as f64).unwrap();
+    }
+    later
+}
+
 #[test]
 fn the_interval_is_kept_and_nobody_s_maps_are_not_published() {
     let frames = frames(20);
@@ -152,8 +162,13 @@ fn the_interval_is_kept_and_nobody_s_maps_are_not_published() {
     revisions.dedup();
     let seconds = frames[19].frame.timestamp() - frames[0].frame.timestamp();
     assert!((revisions.len() as f64 - seconds).abs() <= 1.5, "{} in {seconds} s", revisions.len());
-    // A new reader sees them as they stand.
+    // Without a reader nothing published is kept, so that it does not hold what has changed since.
+    let published = Arc::downgrade(&reader.latest());
     drop(reader);
+    assert!(published.upgrade().is_some());
+    insert_all(&mut builder, &later(&frames, 10.0));
+    assert!(published.upgrade().is_none());
+    // A new reader sees the maps as they stand.
     assert_eq!(builder.reader().latest().revision(), builder.map().revision());
 }
 

@@ -18,9 +18,10 @@ impl PlaneMap {
     /// gone, and not confirmed until judged otherwise, when more than `gone_share` of its inliers stand in
     /// free space, among those of which something is known. `is_free` tells whether a place is free space;
     /// `None` = unknown. `looked_at` is a box around all that is known better than before: what lies in it of
-    /// planes that are gone is judged as well, since they may be back. All other judgements stay.
+    /// planes that are gone, and what was free or unknown of others, is judged as well, since it may be back. All
+    /// other judgements stay.
     ///
-    /// O(inliers in the boxes, and those in `looked_at` of planes that are gone).
+    /// O(inliers in the boxes, and those in `looked_at` that were gone).
     pub fn judge(
         &mut self,
         boxes: impl IntoIterator<Item = [[f64; 3]; 2]>,
@@ -32,8 +33,14 @@ impl PlaneMap {
         let regions = boxes.into_iter().map(|corners| (around(corners), false));
         let mut blocks: Vec<(Birth, _)> = Vec::new();
         for (region, only_gone) in regions.chain(looked_at.map(|corners| (around(corners), true))) {
-            for plane in self.near(region).filter(|plane| plane.is_gone || !only_gone) {
-                plane.patch.visit_blocks_in(&region, |block| blocks.push((plane.birth, block)));
+            for plane in self.near(region) {
+                let is_asked = |block| !only_gone || plane.is_gone || plane.judged.contains_key(&block);
+                let birth = plane.birth;
+                plane.patch.visit_blocks_in(&region, |block| {
+                    if is_asked(block) {
+                        blocks.push((birth, block));
+                    }
+                });
             }
         }
         blocks.sort_unstable();
