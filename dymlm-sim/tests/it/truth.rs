@@ -2,7 +2,7 @@
 use std::sync::LazyLock;
 
 use dymlm_core::vector3::{cross, dot};
-use dymlm_core::{PinholeCamera, Pose};
+use dymlm_core::{PinholeCamera, Point, Pose};
 use dymlm_metrics::{
     EstimatedObject, EstimatedPlane, SpaceTruth, TrueFace, TrueObject, YawSymmetry, score_objects,
     score_planes,
@@ -37,6 +37,30 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
         world_from_scene: config.world_from_scene,
     }
 });
+
+/// The office as seen from its middle, in an upright world; all that has a reading counts as seen.
+fn upright_office() -> Truth {
+    let mut config = SequenceConfig::default();
+    config.frames = 12;
+    config.frame_rate = 2.0;
+    let sequence = Sequence::new(&config).unwrap();
+    let mut truth_config = TruthConfig::default();
+    truth_config.max_depth = 10.0;
+    Truth::of(&sequence, &truth_config).unwrap()
+}
+
+#[test]
+fn a_wall_on_a_border_of_the_cubes_counts_once() {
+    // The far wall is at y = 3.1 m, where one cube of 2 cm ends and the next begins. Between door and poster,
+    // above the partition.
+    let (across, up) = (-1.7..1.7_f32, 1.7..2.2_f32);
+    let points = upright_office().visible_points().into_iter();
+    let on_wall =
+        |point: &Point| (point[1] - 3.1).abs() < 1e-3 && across.contains(&point[0]) && up.contains(&point[2]);
+    let count = points.filter(on_wall).count();
+    // Rows of squares may begin and end outside.
+    assert!((3000..=171 * 26).contains(&count), "{count} points on 170 x 25 squares");
+}
 
 #[test]
 fn the_faces_of_a_room_lie_on_its_surfaces_and_were_seen_from_before() {
