@@ -63,6 +63,27 @@ fn a_wall_on_a_border_of_the_cubes_counts_once() {
 }
 
 #[test]
+fn thin_is_what_has_free_space_on_both_sides() {
+    let truth = upright_office();
+    let visible = truth.visible_points();
+    let on_floor = visible.iter().filter(|point| (point[2] - 0.01).abs() < 1e-3);
+    let on_poster = visible.iter().filter(|point| (point[1] - 3.08).abs() < 1e-3 && point[2] > 1.2);
+    for points in [on_floor.collect::<Vec<_>>(), on_poster.collect()] {
+        let on_thin = points.iter().filter(|point| truth.on_thin_things(***point)).count();
+        // Feet that stand on the carpet reach into its surface.
+        assert!(points.len() > 500 && on_thin * 200 < points.len(), "{on_thin} of {}", points.len());
+    }
+    // The door is flat on the wall.
+    assert!(!truth.on_thin_things([-2.3, 3.04, 1.0]));
+    // The desk's top between the things on it, its lower side, and the partition behind it.
+    for point in [[0.2, 1.40, 0.74], [0.2, 1.40, 0.71], [0.0, 2.115, 1.2]] {
+        assert!(truth.surface_distance(point) < 1e-4 && truth.on_thin_things(point), "{point:?}");
+    }
+    let on_thin = visible.iter().filter(|point| truth.on_thin_things(**point)).count();
+    assert!((0.05..0.4).contains(&(on_thin as f64 / visible.len() as f64)), "{on_thin} of {}", visible.len());
+}
+
+#[test]
 fn the_faces_of_a_room_lie_on_its_surfaces_and_were_seen_from_before() {
     let faces = RECORDED.truth.faces();
     let visible: Vec<&TrueFace> = faces.iter().filter(|face| face.visible_area > 0.05).collect();
