@@ -62,10 +62,11 @@ pub struct OccupiedCell {
 ///     scorer.observe(&frame, &depth, &Mask::filled(64, 48, false)?, &Pose::identity())?;
 /// }
 /// let wall = (0..3072).map(|i| camera.back_project([(i % 64) as f64, (i / 64) as f64], 2.0));
-/// let truth = PointTruth::new(wall.map(|point| point.map(|c| c as f32)).collect(), &[], 0.1)?;
+/// // Somebody was half way to it.
+/// let truth = PointTruth::new(wall.map(|point| point.map(|c| c as f32)).collect(), &[[0.0, 0.0, 1.0]], 0.1)?;
 /// // A map that is free everywhere has no ghosts, and no surface either.
 /// let score = scorer.score(&truth, 0.05, &[], |_| Occupancy::Free)?;
-/// assert_eq!(score.free_space.map(|s| (s.free, s.ghosts)), Some((1.0, 0.0)));
+/// assert_eq!(score.free_space.map(|s| (s.free, s.ghosts)), Some((1.0, Some(0.0))));
 /// assert_eq!(score.surface.map(|s| (s.completeness, s.false_free)), Some((0.0, 1.0)));
 /// # Ok::<(), dymlm_core::Error>(())
 /// ```
@@ -87,16 +88,17 @@ pub struct OccupancyScore {
     pub cells: Option<OccupiedCellScore>,
 }
 
-/// Shares of the free points by their state in the map: `ghosts + stray + unknown + free` = 1.
+/// Shares of the free points by their state in the map: `false_occupied + unknown + free` = 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct FreeSpaceScore {
-    /// Occupied in the map, 0..=1: `ghosts + stray`.
+    /// Occupied in the map, 0..=1: `ghosts` of the swept points, and the stray ones.
     pub false_occupied: f64,
-    /// Occupied, and in the volume swept by movers, 0..=1.
-    pub ghosts: f64,
-    /// Occupied, and outside the volume swept by movers, 0..=1.
+    /// Share of the swept points at which the map is occupied, 0..=1: of these alone, so that a large room
+    /// has no fewer ghosts than a small one. `None` when no point is in the volume swept by movers.
+    pub ghosts: Option<f64>,
+    /// Occupied, and outside the volume swept by movers, 0..=1 of all free points.
     pub stray: f64,
     /// Unknown, 0..=1.
     pub unknown: f64,
@@ -260,7 +262,7 @@ fn score_free_space(
     let share = |count: usize| count as f64 / points as f64;
     (points > 0).then(|| FreeSpaceScore {
         false_occupied: share(ghosts + stray),
-        ghosts: share(ghosts),
+        ghosts: (swept_points > 0).then(|| ghosts as f64 / swept_points as f64),
         stray: share(stray),
         unknown: share(unknown),
         free: share(free),

@@ -3,7 +3,7 @@ use dymlm_core::Point;
 use crate::voxel_key::{VoxelKey, VoxelMap};
 
 /// Points thinned to the first one in each cube of a lattice, with the number of frames that saw a point in
-/// the cube.
+/// the cube. No surface at whole centimetres is on a border of cubes ([`VoxelKey::on_surface`]).
 #[derive(Debug, Clone)]
 pub struct SeenPoints {
     cubes_per_metre: f32,
@@ -34,7 +34,7 @@ impl SeenPoints {
     /// Adds a point that the present frame sees; a point that is not finite is ignored.
     #[inline]
     pub fn see(&mut self, point: Point) {
-        let Some(cube) = VoxelKey::of(point, self.cubes_per_metre) else { return };
+        let Some(cube) = VoxelKey::on_surface(point, self.cubes_per_metre) else { return };
         let seen = self.cubes.entry(cube).or_insert(Seen { point, views: 0, last_frame: 0 });
         seen.views += u32::from(seen.last_frame != self.frames);
         seen.last_frame = self.frames;

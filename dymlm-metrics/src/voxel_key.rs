@@ -7,6 +7,9 @@ use dymlm_core::Point;
 
 /// Largest lattice coordinate: three of them, with their signs, fit into one integer.
 const LIMIT: i32 = (1 << 20) - 1;
+/// By which share of a voxel [`VoxelKey::on_surface`] shifts the lattice: no whole number of millimetres for
+/// any usual voxel.
+const SHIFT: f32 = 0.313_7;
 
 /// A voxel of a lattice; voxel (0, 0, 0) reaches from the origin to the voxel size along each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -23,6 +26,14 @@ impl VoxelKey {
             return None;
         }
         Some(Self::pack([x, y, z].map(|c| c.floor() as i32)))
+    }
+
+    /// The voxel of a point on a surface, in a lattice that is shifted a little. Walls and table tops are often
+    /// at whole centimetres, where two layers of the lattice of [`of`](Self::of) meet: rounding would put their
+    /// points into either, and each piece of such a surface would count twice.
+    #[inline]
+    pub fn on_surface(point: Point, voxels_per_metre: f32) -> Option<Self> {
+        Self::of(point.map(|c| c + SHIFT / voxels_per_metre), voxels_per_metre)
     }
 
     #[inline]
@@ -68,6 +79,17 @@ mod tests {
         assert_eq!(key(0.0), key(0.999));
         assert_ne!(key(0.0), key(-0.001));
         assert!(key(-1.5) < key(-0.5) && key(0.5) < key(1.0));
+    }
+
+    #[test]
+    fn a_surface_at_whole_centimetres_is_in_one_layer() {
+        for voxels_per_metre in [100.0, 50.0, 20.0, 10.0] {
+            for centimetres in -400..=400_i16 {
+                let x = 0.01 * f32::from(centimetres);
+                let keys = [x - 1e-6, x, x + 1e-6].map(|x| VoxelKey::on_surface([x; 3], voxels_per_metre));
+                assert!(keys[0].is_some() && keys.iter().all(|key| *key == keys[0]), "{x} m");
+            }
+        }
     }
 
     #[test]

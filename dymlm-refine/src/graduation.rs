@@ -1,7 +1,12 @@
-/// Factor by which, from round to round, the cost comes nearer to one that large errors do not add to.
+/// Factor by which, from round to round, the cost comes nearer to one that large errors do not add to; greater
+/// where errors are so large that it would not get there in time.
 const RATE: f64 = 1.4;
 /// Most rounds. By then the cost is the truncated one: a weight that still changes has an error at the limit.
 const MOST_ROUNDS: usize = 100;
+/// Rounds after which the nearness is 1 at the latest, whatever the largest error. With [`RATE`] alone an error
+/// of 3e8 takes so many; a loop closure that is 1,000 km off (4e16) took more than all rounds, and in the
+/// last one each right factor had less than half of its weight.
+const ROUNDS_TO_ONE: f64 = 60.0;
 
 /// Weights of factors some of which may be wrong, round by round: the first cost has a single minimum, in the
 /// end each weight is 0 or 1. Graduated non-convexity with truncated least squares (Yang et al., RA-L 2020,
@@ -12,6 +17,8 @@ pub(crate) struct Graduation {
     weights: Vec<f64>,
     /// How near the cost is to the truncated one: mu in the paper.
     nearness: f64,
+    /// Factor by which the nearness grows while it is below 1.
+    rate: f64,
     rounds: usize,
 }
 
@@ -20,7 +27,8 @@ impl Graduation {
     pub(crate) fn begin(errors: Vec<f64>) -> Self {
         let largest = errors.iter().copied().fold(0.0, f64::max);
         let nearness = 1.0 / (2.0 * largest - 1.0).max(1.0);
-        Self { weights: vec![1.0; errors.len()], errors, nearness, rounds: 0 }
+        let rate = RATE.max(nearness.powf(-1.0 / ROUNDS_TO_ONE));
+        Self { weights: vec![1.0; errors.len()], errors, nearness, rate, rounds: 0 }
     }
 
     /// The weights of the next round; `None` when the last ones are final.
@@ -41,7 +49,7 @@ impl Graduation {
     /// Takes the errors after a round.
     pub(crate) fn look_at(&mut self, errors: Vec<f64>) {
         self.errors = errors;
-        self.nearness *= RATE;
+        self.nearness *= if self.nearness < 1.0 { self.rate } else { RATE };
     }
 
     fn weight(&self, error: f64) -> f64 {

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stderr, clippy::unwrap_used)]
 
 mod object_score;
+mod occupancy_score;
 mod plane_score;
 mod reference_cloud;
 mod results_are_data;

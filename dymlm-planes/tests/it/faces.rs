@@ -101,11 +101,13 @@ fn both_faces_of_a_thin_partition_stay_two() {
     }
     let map = map_of(&world, &views);
     assert_eq!(map.len(), 2);
-    let normals: Vec<f64> = map.iter().map(|plane| plane.plane().normal()[1]).collect();
-    assert!(normals.contains(&normals[0]) && normals[0] * normals[1] < -0.99, "{normals:?}");
-    for plane in map.iter() {
-        let expected = if plane.plane().normal()[1] < 0.0 { 0.49 } else { 0.51 };
-        assert!((plane.centroid()[1] - expected).abs() < 0.004, "{:?}", plane.centroid());
+    // Each side faces those who saw it, and is where it is, as large as it is.
+    for (side, place) in [(-1.0, 0.49), (1.0, 0.51)] {
+        let found = planes_like(&map, [0.0, side, 0.0], [0.0, place, 0.8]);
+        assert_eq!(found.len(), 1, "{side}");
+        let (plane, area) = (found[0], found[0].area());
+        assert!((plane.centroid()[1] - place).abs() < 0.004, "{:?}", plane.centroid());
+        assert!((area / (1.6 * 1.6) - 1.0).abs() < 0.1, "{area}");
         assert_eq!(plane.observations(), 4);
     }
 }

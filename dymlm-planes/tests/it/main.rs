@@ -4,6 +4,7 @@
 
 mod cameras;
 mod common;
+mod covariance;
 mod degenerate;
 mod faces;
 mod growth;

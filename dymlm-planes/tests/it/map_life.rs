@@ -52,15 +52,23 @@ fn what_most_key_frames_look_past_is_not_confirmed() {
     }
     let seen = map.len();
     assert!(seen >= 3, "{seen}");
+    let ids = |map: &PlaneMap| -> Vec<PlaneId> { all_planes(map).iter().map(|plane| plane.id()).collect() };
+    let confirmed = |map: &PlaneMap| -> Vec<PlaneId> { map.iter().map(dymlm_planes::MapPlane::id).collect() };
+    let (all, believed) = (ids(&map), confirmed(&map));
     let look_past = |map: &mut PlaneMap| map.insert(&[], frame, pose).unwrap().key_frame;
     let key_frames: Vec<FrameId> = (0..57).map(|_| look_past(&mut map)).collect();
-    // Those whose centroids lie in the middle of the view.
+    // Those whose centroids lie in the middle of the view. They wait as candidates; none is lost, and none was
+    // made of the others.
     assert!(map.len() < seen);
-    assert_eq!(map.len() + map.candidates().count(), all_planes(&map).len());
+    assert_eq!(ids(&map), all);
+    assert!(confirmed(&map).iter().all(|id| believed.contains(id)));
+    let doubted: Vec<PlaneId> = believed.iter().copied().filter(|id| !confirmed(&map).contains(id)).collect();
+    let candidates: Vec<PlaneId> = map.candidates().map(dymlm_planes::MapPlane::id).collect();
+    assert!(!doubted.is_empty() && doubted.iter().all(|id| candidates.contains(id)), "{doubted:?}");
     for key_frame in key_frames {
         map.remove(key_frame).unwrap();
     }
-    assert_eq!(map.len(), seen);
+    assert_eq!((ids(&map), confirmed(&map)), (all, believed));
     for _ in 0..17 {
         insert(&mut map, &frames[0]);
     }

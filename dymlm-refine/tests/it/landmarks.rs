@@ -162,6 +162,36 @@ fn views_of_another_thing_are_left_out() {
     }
 }
 
+/// However far off one view is, it alone goes.
+#[test]
+fn an_absurd_view_takes_no_right_one_with_it() {
+    for (seed, far) in [(1, 10.0), (2, 1e3), (3, 1e6), (4, 1e9)] {
+        let (mut random, truth) = (SplitMix64::new(seed), there_and_back(200));
+        let poses = drifted(&truth, &mut random);
+        let mut all = corridor(&poses, &truth, &mut random);
+        let mut right = all.clone();
+        for (number, thing) in things().into_iter().enumerate() {
+            let mut seen = views(thing, &truth, &mut random);
+            let mut right_views = seen.clone();
+            if number == 5 {
+                seen[3].place[0] += far;
+                right_views.remove(3);
+            }
+            all.add_landmark(&seen).unwrap();
+            right.add_landmark(&right_views).unwrap();
+        }
+        let config = SolverConfig::default();
+        let (all, right) = (all.optimize(&config).unwrap(), right.optimize(&config).unwrap());
+        let others = |left_out: &[[usize; 2]]| left_out.iter().filter(|view| **view != [5, 3]).count();
+        println!("{far} m: {} steps", all.iterations);
+        assert!(all.landmark_views_left_out.contains(&[5, 3]), "{far} m");
+        // One right view in a thousand is beyond the gate.
+        assert!(others(&all.landmark_views_left_out) <= 6, "{far} m: {:?}", all.landmark_views_left_out);
+        assert!(all.views_left_out.len() <= 3 && right.landmark_views_left_out.len() <= 6, "{far} m");
+        assert!(error(&all.poses, &right.poses) < 0.01, "{far} m: {}", error(&all.poses, &right.poses));
+    }
+}
+
 #[test]
 fn what_one_pose_has_seen_changes_nothing() {
     let (mut random, truth) = (SplitMix64::new(7), there_and_back(40));

@@ -122,6 +122,36 @@ fn wrong_loop_closures_are_left_out() {
     }
 }
 
+/// However far off the one wrong closure is, it alone goes.
+#[test]
+fn an_absurd_loop_closure_takes_no_right_one_with_it() {
+    for (seed, far) in [(1, 10.0), (2, 1e3), (3, 1e6), (4, 1e7), (5, 1e9)] {
+        let (mut random, truth) = (SplitMix64::new(seed), loop_of(150));
+        let poses = drifted(&truth, &mut random);
+        let (mut all, mut right) = (graph(&poses), graph(&poses));
+        for number in 0..21 {
+            // The wrong one is between neighbours: no chain of poses between can give way.
+            let (from, to) = if number == 11 { (60, 61) } else { (3 * number, 149 - 3 * number) };
+            let mut measured = truth[from].inverse() * truth[to];
+            if number == 11 {
+                measured = measured * Pose::new([far, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            }
+            let closure = RelativePose::with_deviations(from, to, measured, 0.001, 0.001);
+            all.add_loop_closure(&closure).unwrap();
+            if number != 11 {
+                right.add_relative(&closure).unwrap();
+            }
+        }
+        let config = SolverConfig::default();
+        let (all, right) = (all.optimize(&config).unwrap(), right.optimize(&config).unwrap());
+        assert_eq!(all.left_out, [11], "{far} m, {} steps", all.iterations);
+        assert!(error(&all.poses, &right.poses) < 1e-4, "{far} m: {}", error(&all.poses, &right.poses));
+        let (before, after) = (error(&poses, &truth), error(&all.poses, &truth));
+        println!("{far} m: {} steps, {before} m, {after} m", all.iterations);
+        assert!(after < 0.7 * before, "{far} m: {before} {after}");
+    }
+}
+
 /// One face is seen by a third of the poses where another plane is, parallel and nearer: those views are
 /// named, and the poses are those without them.
 #[test]

@@ -53,7 +53,7 @@ impl Sequence {
             Some(camera) => camera,
             None => PinholeCamera::new(640, 480, 525.0, 525.0, 319.5, 239.5)?,
         };
-        let noise_seed = config.seed.wrapping_add(config.day.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let noise_seed = noise_seed(config);
         let mut sequence = Self {
             config: config.clone(),
             camera,
@@ -117,7 +117,7 @@ impl Sequence {
 
     fn pose_errors(&self) -> Option<PoseError> {
         let exact = (0..self.len()).map(|index| self.world_from_camera(index));
-        PoseError::new(&self.config.pose_error, self.config.seed, 1.0 / self.config.frame_rate, exact)
+        PoseError::new(&self.config.pose_error, noise_seed(&self.config), 1.0 / self.config.frame_rate, exact)
     }
 
     /// Number of frames.
@@ -301,6 +301,12 @@ impl Sequence {
         };
         if camera_roll == 0.0 { pitched } else { pitched * turned(Rot3::from_rotation_z(camera_roll as f32)) }
     }
+}
+
+/// The seed of all that errs, which is another on each day: of readings, detections and estimated poses. On
+/// day 0 it is the sequence's own.
+fn noise_seed(config: &SequenceConfig) -> u64 {
+    config.seed.wrapping_add(config.day.wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
 /// Sets each pixel of the mask to whether it shows a thing that `is_marked` selects.

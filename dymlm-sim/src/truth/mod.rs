@@ -8,6 +8,7 @@ mod sequence_truth;
 mod surface_samples;
 mod surfaces;
 mod swept_volume;
+mod thin_parts;
 
 pub(crate) use object_truth::box_around;
 pub use sequence_truth::{Truth, TruthConfig};

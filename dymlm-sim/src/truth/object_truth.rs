@@ -71,7 +71,7 @@ impl ObjectTruth {
         let object = &mut self.objects[object as usize];
         object.pixels += 1;
         let local = object.thing_from_scene.transform_point(point).map(|c| c as f32);
-        let cube = cube_of(local, self.cubes_per_metre);
+        let cube = VoxelKey::on_surface(local, self.cubes_per_metre);
         if let Some(views) = cube.and_then(|cube| object.surface.get_mut(&cube)) {
             views.frames += u32::from(views.last_frame != frame);
             views.last_frame = frame;
@@ -235,16 +235,10 @@ fn surface_cubes(thing_from_scene: &Pose, parts: &[&Part], cube: f64) -> VoxelMa
             let local: Point =
                 thing_from_part.transform_point(sample.to_array().map(f64::from)).map(|c| c as f32);
             let above_ground = local[2] >= 0.0;
-            if let Some(cube) = cube_of(local, (1.0 / cube) as f32).filter(|_| above_ground) {
+            if let Some(cube) = VoxelKey::on_surface(local, (1.0 / cube) as f32).filter(|_| above_ground) {
                 cubes.entry(cube).or_default();
             }
         }
     }
     cubes
-}
-
-/// The cube that holds a point. Bodies are built in whole millimetres; the cubes are shifted, so that no flat
-/// side coincides with a boundary between cubes, where rounding would decide.
-fn cube_of(local: Point, cubes_per_metre: f32) -> Option<VoxelKey> {
-    VoxelKey::of(local.map(|c| c + 0.313_7 / cubes_per_metre), cubes_per_metre)
 }

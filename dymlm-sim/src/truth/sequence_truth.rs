@@ -5,7 +5,7 @@ use super::face_truth::FaceTruth;
 use super::object_truth::ObjectTruth;
 use super::surfaces::Surfaces;
 use super::swept_volume::SweptVolume;
-use crate::scene::Part;
+use super::thin_parts::thin_parts;
 use crate::{Sequence, SimulatedFrame};
 
 /// How the truth about a sequence is gathered.
@@ -28,8 +28,6 @@ const SAMPLE_DISTANCE: f64 = 0.02;
 /// How far around the movers' bodies a point counts as swept by them, metres: three sigma of a Kinect's noise
 /// at 3.5 m plus the grid's rounding.
 const SWEPT_MARGIN: f32 = 0.1;
-/// Largest thickness of a thin part, metres: table tops, screens, legs, slats.
-const THIN: f32 = 0.06;
 /// How close to a thin part's surface a point counts as on it, metres: visible points are exact.
 const ON_SURFACE: f32 = 1e-3;
 /// How far around a person a point counts as near people, metres.
@@ -82,8 +80,6 @@ impl Truth {
     pub fn new(sequence: &Sequence, config: &TruthConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let scene = sequence.scene();
-        let is_thin = |part: &&Part| 2.0 * part.shape.half_extents().min_element() <= THIN;
-        let thin_parts: Vec<Part> = scene.static_parts.iter().filter(is_thin).cloned().collect();
         let overlooked = sequence.config().detector.overlooked_people;
         // Within half a second, people hardly leave the neighbourhood of where they were.
         let moments =
@@ -100,7 +96,7 @@ impl Truth {
                 scene.undetected_parts(time, overlooked, bodies);
             }),
             near_people: SweptVolume::new(moments, NEAR, |time, bodies| scene.people_parts(time, bodies)),
-            thin_things: Surfaces::new(&thin_parts),
+            thin_things: Surfaces::new(&thin_parts(&scene.static_parts)),
             seen: SeenPoints::new(SAMPLE_DISTANCE),
             faces: FaceTruth::new(sequence.scene(), SAMPLE_DISTANCE),
             objects: ObjectTruth::new(sequence.scene(), SAMPLE_DISTANCE),
@@ -202,7 +198,8 @@ impl SpaceTruth for Truth {
         self.in_scene(point).is_some_and(|point| self.near_people.contains(point))
     }
 
-    /// On the surface of a part that is at most 6 cm thick.
+    /// On the surface of a part that has free space on both sides, at most 6 cm apart: a table top, a screen, a
+    /// leg, a slat; no floor or carpet, nor what is flat on a wall.
     fn on_thin_things(&self, point: Point) -> bool {
         self.in_scene(point).is_some_and(|point| self.thin_things.distance(point) <= ON_SURFACE)
     }

@@ -2,7 +2,7 @@
 
 use dymlm_core::PinholeCamera;
 use dymlm_geometry::OrientedBox;
-use dymlm_sim::{Sequence, SequenceConfig};
+use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
 
 fn building(day: u64) -> Sequence {
     let mut config = SequenceConfig::building(4, 3);
@@ -32,4 +32,23 @@ fn on_another_day_some_things_stand_elsewhere() {
     // The camera goes the same way.
     assert_eq!(second.world_from_camera(700), first.world_from_camera(700));
     assert_ne!(second.frame(9).unwrap().frame.depth(), first.frame(9).unwrap().frame.depth());
+}
+
+#[test]
+fn on_another_day_the_poses_drift_otherwise() {
+    let drifting = |day: u64, seed: u64| {
+        let mut config = SequenceConfig::default();
+        config.frames = 20;
+        (config.day, config.seed) = (day, seed);
+        config.pose_error = PoseErrorConfig::slam();
+        Sequence::new(&config).unwrap()
+    };
+    let [first, again, second, third] =
+        [(0, 7), (0, 7), (1, 7), (2, 7)].map(|(day, seed)| drifting(day, seed));
+    let last = first.len() - 1;
+    assert_ne!(first.estimated_pose(last), first.world_from_camera(last));
+    assert_eq!(first.estimated_pose(last), again.estimated_pose(last));
+    assert_eq!(first.world_from_camera(last), second.world_from_camera(last));
+    assert_ne!(first.estimated_pose(last), second.estimated_pose(last));
+    assert_ne!(second.estimated_pose(last), third.estimated_pose(last));
 }

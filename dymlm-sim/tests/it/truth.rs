@@ -2,7 +2,7 @@
 use std::sync::LazyLock;
 
 use dymlm_core::vector3::{cross, dot};
-use dymlm_core::{PinholeCamera, Pose};
+use dymlm_core::{PinholeCamera, Point, Pose};
 use dymlm_metrics::{
     EstimatedObject, EstimatedPlane, SpaceTruth, TrueFace, TrueObject, YawSymmetry, score_objects,
     score_planes,
@@ -37,6 +37,51 @@ static RECORDED: LazyLock<Recorded> = LazyLock::new(|| {
         world_from_scene: config.world_from_scene,
     }
 });
+
+/// The office as seen from its middle, in an upright world; all that has a reading counts as seen.
+fn upright_office() -> Truth {
+    let mut config = SequenceConfig::default();
+    config.frames = 12;
+    config.frame_rate = 2.0;
+    let sequence = Sequence::new(&config).unwrap();
+    let mut truth_config = TruthConfig::default();
+    truth_config.max_depth = 10.0;
+    Truth::of(&sequence, &truth_config).unwrap()
+}
+
+#[test]
+fn a_wall_on_a_border_of_the_cubes_counts_once() {
+    // The far wall is at y = 3.1 m, where one cube of 2 cm ends and the next begins. Between door and poster,
+    // above the partition.
+    let (across, up) = (-1.7..1.7_f32, 1.7..2.2_f32);
+    let points = upright_office().visible_points().into_iter();
+    let on_wall =
+        |point: &Point| (point[1] - 3.1).abs() < 1e-3 && across.contains(&point[0]) && up.contains(&point[2]);
+    let count = points.filter(on_wall).count();
+    // Rows of squares may begin and end outside.
+    assert!((3000..=171 * 26).contains(&count), "{count} points on 170 x 25 squares");
+}
+
+#[test]
+fn thin_is_what_has_free_space_on_both_sides() {
+    let truth = upright_office();
+    let visible = truth.visible_points();
+    let on_floor = visible.iter().filter(|point| (point[2] - 0.01).abs() < 1e-3);
+    let on_poster = visible.iter().filter(|point| (point[1] - 3.08).abs() < 1e-3 && point[2] > 1.2);
+    for points in [on_floor.collect::<Vec<_>>(), on_poster.collect()] {
+        let on_thin = points.iter().filter(|point| truth.on_thin_things(***point)).count();
+        // Feet that stand on the carpet reach into its surface.
+        assert!(points.len() > 500 && on_thin * 200 < points.len(), "{on_thin} of {}", points.len());
+    }
+    // The door is flat on the wall.
+    assert!(!truth.on_thin_things([-2.3, 3.04, 1.0]));
+    // The desk's top between the things on it, its lower side, and the partition behind it.
+    for point in [[0.2, 1.40, 0.74], [0.2, 1.40, 0.71], [0.0, 2.115, 1.2]] {
+        assert!(truth.surface_distance(point) < 1e-4 && truth.on_thin_things(point), "{point:?}");
+    }
+    let on_thin = visible.iter().filter(|point| truth.on_thin_things(**point)).count();
+    assert!((0.05..0.4).contains(&(on_thin as f64 / visible.len() as f64)), "{on_thin} of {}", visible.len());
+}
 
 #[test]
 fn the_faces_of_a_room_lie_on_its_surfaces_and_were_seen_from_before() {
