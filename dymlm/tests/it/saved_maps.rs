@@ -189,6 +189,35 @@ fn maps_are_saved_while_they_are_built() {
     assert!(fingerprint(&map) == fingerprint(builder.map()));
 }
 
+#[test]
+fn what_was_never_saved_is_saved_at_the_end() {
+    let parent = tempfile::tempdir().unwrap();
+    let start = |builder: &mut MapBuilder, saver| {
+        Autosave::start(builder.reader(), saver, Duration::from_secs(3600)).unwrap()
+    };
+    let empty = parent.path().join("empty");
+    let mut nothing = MapBuilder::new(config(HistoryConfig::None)).unwrap();
+    start(&mut nothing, MapSaver::create(&empty).unwrap()).finish().unwrap();
+    assert!(MultiLevelMap::load(&empty).unwrap().cloud().is_empty());
+
+    // Maps that were there at the beginning, without `finish`.
+    let folder = parent.path().join("map");
+    let mut builder = mapped(HistoryConfig::None);
+    drop(start(&mut builder, MapSaver::create(&folder).unwrap()));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+    // An empty map replaces none when its builder comes to nothing.
+    drop(start(&mut nothing, MapSaver::create(&folder).unwrap()));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+
+    // Maps that went on after they were loaded, before the saving began.
+    let (saver, map) = MapSaver::load(&folder, None).unwrap();
+    builder = MapBuilder::resume(map).unwrap();
+    insert(&mut builder, 6..8);
+    builder.settle();
+    drop(start(&mut builder, saver));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+}
+
 /// Bytes of the parts that the last save has written.
 fn last_segment(folder: &Path) -> u64 {
     let segments = fs::read_dir(folder).unwrap().map(Result::unwrap);
