@@ -218,6 +218,22 @@ fn what_was_never_saved_is_saved_at_the_end() {
     assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
 }
 
+/// JSON has no infinity.
+#[test]
+fn infinite_amounts_of_a_config_are_saved() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut config = config(HistoryConfig::None);
+    let key_frames = &mut config.key_frames;
+    (key_frames.min_translation, key_frames.min_rotation) = (f64::INFINITY, f64::INFINITY);
+    key_frames.max_interval = f64::INFINITY;
+    config.octree.max_range = f64::INFINITY;
+    let builder = MapBuilder::new(config.clone()).unwrap();
+    builder.map().save(&folder).unwrap();
+    assert_eq!(MapFolder::open(&folder).unwrap().config::<MapConfig>().unwrap(), config);
+    assert_eq!(*MultiLevelMap::load(&folder).unwrap().config(), config);
+}
+
 /// Bytes of the parts that the last save has written.
 fn last_segment(folder: &Path) -> u64 {
     let segments = fs::read_dir(folder).unwrap().map(Result::unwrap);
