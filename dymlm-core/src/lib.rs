@@ -44,6 +44,8 @@ mod letterbox;
 mod mask;
 mod merged_ids;
 mod names;
+#[cfg(feature = "serde")]
+mod null_is_infinite;
 mod organized_cloud;
 mod pages;
 pub mod paging;
@@ -83,6 +85,8 @@ pub use letterbox::Letterbox;
 pub use mask::Mask;
 pub use merged_ids::MergedIds;
 pub use names::Names;
+#[cfg(feature = "serde")]
+pub use null_is_infinite::null_is_infinite;
 pub use organized_cloud::OrganizedCloud;
 pub use pages::Pages;
 pub use pinhole_camera::{PinholeCamera, check_buffer};

@@ -28,7 +28,7 @@ pub struct OctreeConfig {
     /// Greatest distance from the sensor at which a reading hits its cell, metres; readings beyond it only
     /// free the cells up to this distance. Any positive value, infinite (in JSON: null) for no limit. Default
     /// 5.0: beyond 5 m a structured-light camera's depth error exceeds a cell.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "dymlm_core::null_is_infinite"))]
     pub max_range: f64,
     /// Probability that a cell is occupied given one hit, `0.5..=0.999999`. Default 0.7 (`OctoMap`).
     pub p_hit: f64,
@@ -71,13 +71,6 @@ impl OctreeConfig {
         check_range("octree.p_clamp_min", self.p_clamp_min, 1e-6..=0.5)?;
         check_range("octree.p_clamp_max", self.p_clamp_max, 0.5..=0.999_999)
     }
-}
-
-/// JSON has no infinity: `serde_json` writes null.
-#[cfg(feature = "serde")]
-fn null_is_infinite<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    let range: Option<f64> = serde::Deserialize::deserialize(deserializer)?;
-    Ok(range.unwrap_or(f64::INFINITY))
 }
 
 #[cfg(test)]

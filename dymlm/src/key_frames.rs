@@ -1,10 +1,12 @@
+#[cfg(feature = "serde")]
+use dymlm_core::null_is_infinite;
 use dymlm_core::{ConfigError, Pose, check_range};
 
 /// Which frames are mapped. The others are only tracked, so that movers are followed without gaps.
 ///
 /// A frame is a key frame when the camera has moved by either amount since the last one, or when the interval
 /// has passed: a robot at rest goes on to see what changes, at a fraction of the cost. An amount of 0 maps
-/// every frame ([`every_frame`](Self::every_frame)), an infinite one is never reached.
+/// every frame ([`every_frame`](Self::every_frame)), an infinite one (in JSON: null) is never reached.
 ///
 /// Where the detector does not run on every frame, those on which it ran are in addition chosen by the same
 /// rule among themselves: no object goes unseen because other frames were the key frames.
@@ -15,11 +17,14 @@ use dymlm_core::{ConfigError, Pose, check_range};
 pub struct KeyFrameConfig {
     /// Translation since the last key frame, metres, at least 0. Default 0.02: a hand-held camera is mapped
     /// ten times a second, about.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
     pub min_translation: f64,
     /// Rotation since the last key frame, radians, at least 0. Default 1 degree: 3 cm at 2 m.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
     pub min_rotation: f64,
     /// Time since the last key frame, seconds, at least 0. Default 0.2: it takes seconds anyway to tell what
     /// moves in front of a camera at rest from what stands.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "null_is_infinite"))]
     pub max_interval: f64,
 }
 

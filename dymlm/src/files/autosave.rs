@@ -29,13 +29,14 @@ use crate::{MapReader, Revision};
 #[derive(Debug)]
 pub struct Autosave {
     /// Ends the thread when it is dropped.
-    stop: Option<Sender<()>>,
+    stop: Option<Sender<Finish>>,
     thread: Option<JoinHandle<Result<MapSaver, Error>>>,
 }
 
 impl Autosave {
-    /// Starts saving. Every `interval` it saves the maps published last, if they are newer than those at the
-    /// beginning or saved last. A save that fails is tried again after the next interval.
+    /// Starts saving. Every `interval` it saves the maps published last, if they are newer than those that were
+    /// saved last. The maps at the beginning count as saved where the saver has saved or loaded maps that are
+    /// not older. A save that fails is tried again after the next interval.
     ///
     /// # Errors
     ///
@@ -43,13 +44,15 @@ impl Autosave {
     pub fn start(reader: MapReader, saver: MapSaver, interval: Duration) -> Result<Self, Error> {
         let path = saver.folder().to_path_buf();
         let (stop, stopped) = channel();
-        let saved = reader.latest().revision();
+        // Maps that have never changed are saved by `finish` alone: those of a builder that came to nothing must
+        // not replace others.
+        let saved = saver.saved_revision().unwrap_or_default().min(reader.latest().revision());
         let run = move || {
             let mut autosaver = Autosaver { saver, reader, saved };
             loop {
-                let ends = stopped.recv_timeout(interval) != Err(RecvTimeoutError::Timeout);
-                let result = autosaver.save_newer();
-                if ends {
+                let signal = stopped.recv_timeout(interval);
+                let result = autosaver.save_newer(signal == Ok(Finish));
+                if signal != Err(RecvTimeoutError::Timeout) {
                     return result.map(|()| autosaver.saver);
                 }
             }
@@ -59,14 +62,17 @@ impl Autosave {
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Saves the maps that were published last, ends the thread, and gives back the saver, which still has
-    /// the folder.
+    /// Saves the maps that were published last, also those of a builder that was given no frame if nothing has
+    /// been saved yet, ends the thread, and gives back the saver, which still has the folder.
     ///
     /// # Errors
     ///
     /// Those of the last save.
     pub fn finish(mut self) -> Result<MapSaver, Error> {
-        self.stop = None;
+        if let Some(stop) = self.stop.take() {
+            // A thread that no longer listens is joined all the same.
+            stop.send(Finish).ok();
+        }
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
             // Only if the thread had panicked, which its code does not.
@@ -76,7 +82,7 @@ impl Autosave {
 }
 
 impl Drop for Autosave {
-    /// Saves the maps that were published last, and waits until that is done.
+    /// Saves the maps that were published last, if they have ever changed, and waits until that is done.
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
@@ -86,17 +92,22 @@ impl Drop for Autosave {
     }
 }
 
+/// Tells the thread that the maps are complete.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Finish;
+
 struct Autosaver {
     saver: MapSaver,
     reader: MapReader,
-    /// Revision of the maps that were saved last, or that were there at the beginning.
+    /// Revision of the maps that were saved last, or that count as saved.
     saved: Revision,
 }
 
 impl Autosaver {
-    fn save_newer(&mut self) -> Result<(), Error> {
+    /// Saves the maps published last if they are newer; if it `is_last`, also where none were ever saved.
+    fn save_newer(&mut self, is_last: bool) -> Result<(), Error> {
         let map = self.reader.latest();
-        if map.revision() > self.saved {
+        if map.revision() > self.saved || is_last && self.saver.saved_revision().is_none() {
             self.saver.save(&map)?;
             self.saved = map.revision();
         }

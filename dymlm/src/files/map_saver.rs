@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 use super::plane_records;
 use super::planes::renewed_records;
 use super::saved_state::SavedState;
-use crate::MultiLevelMap;
+use crate::{MultiLevelMap, Revision};
 
 /// Saves maps into one folder again and again; of the state it writes only what has changed since the last
 /// time.
@@ -82,6 +82,11 @@ impl MapSaver {
     /// The map's folder.
     pub fn folder(&self) -> &Path {
         self.folder.folder()
+    }
+
+    /// Revision of the maps that were saved or loaded last.
+    pub(super) fn saved_revision(&self) -> Option<Revision> {
+        self.saved.as_ref().map(|saved| saved.revision)
     }
 
     /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and the parts of the state that

@@ -189,6 +189,51 @@ fn maps_are_saved_while_they_are_built() {
     assert!(fingerprint(&map) == fingerprint(builder.map()));
 }
 
+#[test]
+fn what_was_never_saved_is_saved_at_the_end() {
+    let parent = tempfile::tempdir().unwrap();
+    let start = |builder: &mut MapBuilder, saver| {
+        Autosave::start(builder.reader(), saver, Duration::from_secs(3600)).unwrap()
+    };
+    let empty = parent.path().join("empty");
+    let mut nothing = MapBuilder::new(config(HistoryConfig::None)).unwrap();
+    start(&mut nothing, MapSaver::create(&empty).unwrap()).finish().unwrap();
+    assert!(MultiLevelMap::load(&empty).unwrap().cloud().is_empty());
+
+    // Maps that were there at the beginning, without `finish`.
+    let folder = parent.path().join("map");
+    let mut builder = mapped(HistoryConfig::None);
+    drop(start(&mut builder, MapSaver::create(&folder).unwrap()));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+    // An empty map replaces none when its builder comes to nothing.
+    drop(start(&mut nothing, MapSaver::create(&folder).unwrap()));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+
+    // Maps that went on after they were loaded, before the saving began.
+    let (saver, map) = MapSaver::load(&folder, None).unwrap();
+    builder = MapBuilder::resume(map).unwrap();
+    insert(&mut builder, 6..8);
+    builder.settle();
+    drop(start(&mut builder, saver));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+}
+
+/// JSON has no infinity.
+#[test]
+fn infinite_amounts_of_a_config_are_saved() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut config = config(HistoryConfig::None);
+    let key_frames = &mut config.key_frames;
+    (key_frames.min_translation, key_frames.min_rotation) = (f64::INFINITY, f64::INFINITY);
+    key_frames.max_interval = f64::INFINITY;
+    config.octree.max_range = f64::INFINITY;
+    let builder = MapBuilder::new(config.clone()).unwrap();
+    builder.map().save(&folder).unwrap();
+    assert_eq!(MapFolder::open(&folder).unwrap().config::<MapConfig>().unwrap(), config);
+    assert_eq!(*MultiLevelMap::load(&folder).unwrap().config(), config);
+}
+
 /// Bytes of the parts that the last save has written.
 fn last_segment(folder: &Path) -> u64 {
     let segments = fs::read_dir(folder).unwrap().map(Result::unwrap);
