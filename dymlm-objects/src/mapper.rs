@@ -279,6 +279,16 @@ impl ObjectMapper {
         released.is_some()
     }
 
+    /// Forgets which of the caller's map points were sighted on objects. To be called where another run of a
+    /// SLAM, or another robot, goes on with the map: its ids mean other points.
+    pub fn forget_sighted_points(&mut self) {
+        let objects = self.map.objects.iter_mut();
+        // Clones go on sharing the objects in which nothing is to be forgotten.
+        for object in objects.filter(|object| !object.sighted_points.is_empty()) {
+            Arc::make_mut(object).sighted_points.clear();
+        }
+    }
+
     /// The objects that are held.
     pub fn held(&self) -> impl Iterator<Item = ObjectId> {
         self.held.iter().map(|&birth| self.map.names.id(birth))

@@ -78,7 +78,9 @@ impl<'a> ObjectView<'a> {
     }
 
     /// Adds the caller's map points. Two observations of one object share most of the map points on it, which
-    /// tells it from its neighbours; without map points, the voxels of the object's cloud are compared.
+    /// tells it from its neighbours; without map points, the voxels of the object's cloud are compared. When
+    /// ids come to mean other points, call
+    /// [`forget_sighted_points`](crate::ObjectMapper::forget_sighted_points).
     #[must_use]
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;

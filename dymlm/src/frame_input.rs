@@ -31,7 +31,9 @@ impl<'a> FrameInput<'a> {
     }
 
     /// Adds the SLAM's map points that the frame shows, by their ids: two observations of one object mostly
-    /// share such points. Without them, the voxels of the objects' clouds play their part.
+    /// share such points. Without them, the voxels of the objects' clouds play their part. An id means the
+    /// same point until the next session begins ([`begin_session`](crate::MapBuilder::begin_session)); of
+    /// each object the 4096 that were sighted last are kept.
     #[must_use]
     pub fn with_sighted_points(mut self, sighted_points: &'a [SightedPoint]) -> Self {
         self.sighted_points = sighted_points;

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use dymlm_core::{FrameId, ObjectId, PinholeCamera, Point, Pose};
 use dymlm_history::HistoryConfig;
+use dymlm_objects::SightedPoint;
 use dymlm_octree::RayMode;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 use proptest::prelude::*;
@@ -16,7 +17,7 @@ use crate::common::{ids, poses};
 #[cfg(feature = "io")]
 use crate::files::MapSaver;
 use crate::session_log::BodyMotion;
-use crate::{Detections, Error, MapBuilder, MapConfig, MultiLevelMap};
+use crate::{Detections, Error, FrameInput, MapBuilder, MapConfig, MultiLevelMap};
 
 /// Frames of the longest session.
 pub(crate) const FRAMES: usize = 14;
@@ -126,6 +127,12 @@ pub(crate) struct Session {
     /// file.
     #[cfg(feature = "io")]
     saver: Option<MapSaver>,
+}
+
+/// Map points of a SLAM: other sessions have the same ids, and a thing may have another one in another frame.
+fn sighted(simulated: &SimulatedFrame) -> Vec<SightedPoint> {
+    let boxes = simulated.detections.iter().map(|found| found.bounding_box().center());
+    boxes.zip(0..).map(|(center, id)| SightedPoint::new(id, center)).collect()
 }
 
 impl Session {
@@ -259,7 +266,9 @@ impl Session {
     fn insert(&mut self, simulated: &SimulatedFrame, found: Detections<'_>) -> FrameId {
         let mut frame = simulated.frame.clone();
         frame.set_timestamp(self.time(simulated)).unwrap();
-        let report = self.builder.insert(&frame, found, &simulated.world_from_camera).unwrap();
+        let points = sighted(simulated);
+        let input = FrameInput::new(&frame, found, &simulated.world_from_camera);
+        let report = self.builder.insert_frame(&input.with_sighted_points(&points)).unwrap();
         assert_eq!(report.timestamp, frame.timestamp());
         report.id
     }

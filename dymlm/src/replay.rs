@@ -177,7 +177,7 @@ impl<'a> Replay<'a> {
                 event.clone()
             }
             Event::SessionBegan { .. } => {
-                self.map.release_held();
+                self.map.begin_session();
                 event.clone()
             }
             Event::Settled => {

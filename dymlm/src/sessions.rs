@@ -11,8 +11,9 @@ use crate::{Error, FrameReport, MapBuilder, MultiLevelMap};
 impl MapBuilder {
     /// Goes on with maps of an earlier session. Ids go on, and so does the maps' clock: where the new
     /// session's clock begins anew, its times are shifted to follow the old ones. Movers are tracked anew,
-    /// and no object counts as carried any more. Poses are in the maps' world, as a relocalization gives
-    /// them.
+    /// no object counts as carried any more, and ids of map points
+    /// ([`with_sighted_points`](crate::FrameInput::with_sighted_points)) mean other points than before. Poses
+    /// are in the maps' world, as a relocalization gives them.
     ///
     /// The maps will be, to the bit, those of one builder that takes in both sessions with
     /// [`begin_session`](Self::begin_session) between them.
@@ -60,7 +61,7 @@ impl MapBuilder {
 
     fn begin_session_of_maps(&mut self) {
         let first = Some(FrameId::new(self.map.past.frames));
-        self.map.release_held();
+        self.map.begin_session();
         // Before any frame has come, this is the first session, as it is without being told so: the same recording
         // has the same log.
         if self.map.past.log.as_ref().is_some_and(|log| !log.sessions.is_empty()) {
@@ -74,11 +75,13 @@ impl MapBuilder {
 }
 
 impl MultiLevelMap {
-    /// Releases all objects that somebody carries.
-    pub(crate) fn release_held(&mut self) {
+    /// Begins a further session: releases all objects that somebody carries, and forgets the ids of the
+    /// caller's map points, which are those of another run of the SLAM, or of another robot, from now on.
+    pub(crate) fn begin_session(&mut self) {
         let held: Vec<ObjectId> = self.objects.held().collect();
         for object in held {
             self.objects.release(object);
         }
+        self.objects.forget_sighted_points();
     }
 }

@@ -13,13 +13,10 @@ pub(super) fn shared_share(
     places: &[Vector3],
     object: &MapObject,
 ) -> Option<f64> {
-    let (own, known) = (&observation.sighted_points, &object.sighted_points);
-    if !own.is_empty() && !known.is_empty() {
-        let common = own.iter().filter(|id| known.binary_search(id).is_ok()).count();
-        return Some(common as f64 / own.len().min(known.len()) as f64);
-    }
-    let shared = places.iter().filter(|&&place| object.cloud.holds(place)).count();
-    (!places.is_empty()).then(|| shared as f64 / places.len() as f64)
+    object.sighted_points.shared_share(&observation.sighted_points).or_else(|| {
+        let shared = places.iter().filter(|&&place| object.cloud.holds(place)).count();
+        (!places.is_empty()).then(|| shared as f64 / places.len() as f64)
+    })
 }
 
 /// At most [`MAX_POINTS`] of an observation's points, in the world.

@@ -6,7 +6,7 @@ use dymlm_geometry::OrientedBox;
 
 use super::{
     BoxMotion, CentroidCloud, CloudPatch, DetectedShare, KeyView, KeyViews, LabelEvidence, ObjectCloud,
-    ObjectSighting, SeenApart, Sightings, ViewWeight,
+    ObjectSighting, SeenApart, SightedPoints, Sightings, ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
 use crate::{
@@ -44,8 +44,7 @@ pub struct MapObject {
     pub(crate) sightings: Sightings,
     pub(crate) seen_apart: SeenApart,
     pub(crate) motion: BoxMotion,
-    /// Ids of the caller's map points on it, ascending.
-    pub(crate) sighted_points: Vec<u64>,
+    pub(crate) sighted_points: SightedPoints,
     pub(crate) view: ViewWeight,
     /// Sum of the observations' weights.
     pub(crate) weight: u32,
@@ -114,7 +113,7 @@ impl MapObject {
             && self.seen_apart.is_possible()
             && self.first_seen.is_finite()
             && self.last_seen.is_finite()
-            && self.sighted_points.is_sorted()
+            && self.sighted_points.is_possible()
             && self.cloud.is_possible()
             && self.centroids.is_possible()
             && self.key_views.is_possible()
@@ -177,7 +176,7 @@ impl MapObject {
             + self.sightings.memory_bytes()
             + self.seen_apart.memory_bytes()
             + self.supports.capacity() * size_of::<SupportVotes>()
-            + self.sighted_points.capacity() * size_of::<u64>()
+            + self.sighted_points.memory_bytes()
     }
 
     /// Whether it is confirmed.
@@ -240,9 +239,6 @@ impl MapObject {
     }
 }
 
-/// Most of the caller's map points that an object stores.
-const MAX_SIGHTED_POINTS: usize = 4096;
-
 /// Settings for an object's points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ObjectLimits {
@@ -285,7 +281,7 @@ impl MapObject {
             sightings: Sightings::default(),
             seen_apart: SeenApart::default(),
             motion: BoxMotion::default(),
-            sighted_points: Vec::new(),
+            sighted_points: SightedPoints::default(),
             view: ViewWeight::default(),
             weight: 0,
             parameterized_at: 0,
@@ -329,7 +325,7 @@ impl MapObject {
             self.sightings.add(&sighting, self.oriented_box.center());
         }
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
-        self.remember(&observation.sighted_points);
+        self.sighted_points.add(&observation.sighted_points);
         self.observations += 1;
         self.weight = self.weight.saturating_add(weight);
         self.frames_in_view += 1;
@@ -382,14 +378,6 @@ impl MapObject {
         }
     }
 
-    fn remember(&mut self, sighted: &[u64]) {
-        if self.sighted_points.len() < MAX_SIGHTED_POINTS && !sighted.is_empty() {
-            self.sighted_points.extend_from_slice(sighted);
-            self.sighted_points.sort_unstable();
-            self.sighted_points.dedup();
-        }
-    }
-
     /// Adds all that is known of a duplicate.
     pub(crate) fn merge(&mut self, other: &Self, limits: &ObjectLimits) {
         Arc::make_mut(&mut self.cloud).merge(&other.cloud, limits.max_voxels);
@@ -402,7 +390,7 @@ impl MapObject {
         self.sightings.merge(&other.sightings);
         self.seen_apart.merge(&other.seen_apart, [self.birth, other.birth]);
         other.supports.iter().for_each(|votes| self.vote(*votes));
-        self.remember(&other.sighted_points);
+        self.sighted_points.merge(&other.sighted_points, other.last_seen > self.last_seen);
         self.observations += other.observations;
         self.weight = self.weight.saturating_add(other.weight);
         self.flat_observations += other.flat_observations;

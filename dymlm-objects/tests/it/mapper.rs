@@ -221,6 +221,45 @@ fn map_points_of_the_caller_are_shared_points() {
     }
 }
 
+/// A frame in which ten map points from `first` on are seen on the microwave, after a thousand others there
+/// that no other frame shows.
+fn sight(mapper: &mut ObjectMapper, scene: &Scene, step: usize, first: u64) -> Option<f64> {
+    let pose = pose(step);
+    let frame = scene.frame(0.1 * step as f64, &pose);
+    let detections = [scene.detection(&pose, 0, "microwave")];
+    let center = detections[0].bounding_box().center();
+    let ids = (first..first + 10).chain((1..=1000).map(|k| 1_000_000 + 1000 * step as u64 + k));
+    let sighted: Vec<SightedPoint> = ids.map(|id| SightedPoint::new(id, center)).collect();
+    let view = ObjectView::new(&frame, &detections, &pose).with_sighted_points(&sighted);
+    let report = mapper.insert(&view, &planes).unwrap();
+    report.associated.first().and_then(|pair| pair.tests.shared)
+}
+
+/// After hours an object has been sighted by more points than it keeps: those sighted last count.
+#[test]
+fn old_map_points_give_way_to_new_ones() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for step in 0..12 {
+        // The SLAM replaces its points every third frame.
+        let shared = sight(&mut mapper, &scene, step, 100 * (step as u64 / 3));
+        if step > 0 {
+            let common = if step % 3 == 0 { 0.0 } else { 10.0 / 1010.0 };
+            assert_eq!(shared, Some(common), "frame {step}");
+        }
+    }
+}
+
+/// The ids of another run of a SLAM mean other points: until it has sighted an object, surfaces are compared.
+#[test]
+fn map_points_of_another_run_match_nothing() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    sight(&mut mapper, &scene, 0, 0);
+    mapper.forget_sighted_points();
+    let shared = sight(&mut mapper, &scene, 1, 0).unwrap();
+    assert!(shared > 0.2, "{shared}: surfaces, not ten of a thousand points");
+    assert_eq!(sight(&mut mapper, &scene, 2, 0), Some(10.0 / 1010.0));
+}
+
 #[test]
 fn questions_are_answered_by_what_is_believed() {
     let (scene, mut mapper) = (kitchen(), mapper());

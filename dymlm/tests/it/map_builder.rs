@@ -3,8 +3,11 @@
 use crate::common::{config, fingerprint, insert_all, sequence};
 use dymlm::core::vector3::difference;
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
+use dymlm::objects::SightedPoint;
 use dymlm::planes::RejectionCause;
-use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig, Selection, Stage};
+use dymlm::{
+    Detections, Error, FrameInput, FrameOutcome, HistoryConfig, MapBuilder, MapConfig, Selection, Stage,
+};
 use dymlm_metrics::score_cloud;
 use dymlm_sim::{SimulatedFrame, Truth, TruthConfig};
 
@@ -113,6 +116,29 @@ fn times_that_are_no_seconds_are_refused_before_anything_changes() {
     assert!(builder.insert(&last, Detections::Pending, &pose).is_err());
     assert_eq!(builder.trajectory().count(), 4);
     assert_eq!(builder.process_waiting().unwrap().len(), 0);
+}
+
+/// A SLAM that begins anew gives its map points other ids: with those of the session before, an object would
+/// share none of its points, and its voxels would never be looked at.
+#[test]
+fn ids_of_another_session_mean_other_points() {
+    let frames: Vec<SimulatedFrame> = sequence(30).frames().step_by(5).collect();
+    let mut builder = MapBuilder::new(config()).unwrap();
+    let insert = |builder: &mut MapBuilder, simulated: &SimulatedFrame, first_id: u64| {
+        let ids = simulated.detections.iter().zip(first_id..);
+        let sighted: Vec<_> =
+            ids.map(|(found, id)| SightedPoint::new(id, found.bounding_box().center())).collect();
+        let input = FrameInput::new(&simulated.frame, &simulated.detections, &simulated.world_from_camera);
+        let report = builder.insert_frame(&input.with_sighted_points(&sighted)).unwrap();
+        let associated = &report.update().unwrap().objects.associated;
+        associated.iter().filter_map(|pair| pair.tests.shared).collect::<Vec<f64>>()
+    };
+    for simulated in &frames[..4] {
+        insert(&mut builder, simulated, 0);
+    }
+    builder.begin_session().unwrap();
+    let shared = insert(&mut builder, &frames[4], 1000);
+    assert!(shared.len() > 2 && shared.iter().all(|&shared| shared > 0.0), "{shared:?}");
 }
 
 #[test]
