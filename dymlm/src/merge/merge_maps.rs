@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::Pose;
 use dymlm_dynamics::Preprocessor;
 

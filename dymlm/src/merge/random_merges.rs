@@ -1,6 +1,8 @@
 //! Property tests: whatever has happened in sessions, and in whatever order their maps are merged, the maps
 //! are those of one builder.
 
+use std::sync::Arc;
+
 use dymlm_core::{FrameId, Pose};
 use proptest::prelude::*;
 
