@@ -22,7 +22,9 @@ pub(crate) const QUICK: &[SequenceLimit] = &[
     ("walking", "cloud.median", AtMost(0.006)),
     ("walking", "cloud.static_accuracy", AtLeast(0.99)),
     ("walking", "cloud.dynamic_accuracy", AtLeast(0.99)),
-    ("walking", "octree.ghosts", AtMost(0.0005)),
+    // Of what people swept, some 5 % of the free points. Measured: none of some thousand points; the limit
+    // leaves room for two in a thousand.
+    ("walking", "octree.ghosts", AtMost(0.002)),
     ("walking", "octree.completeness", AtLeast(0.99)),
     ("walking", "octree.residue", AtMost(0.001)),
     ("walking", "planes.recall", AtLeast(0.85)),
@@ -100,7 +102,8 @@ pub(crate) const SENSORS: &[SequenceLimit] = &[
 /// Limits for the run with undetected movers, which hold with every third frame too.
 pub(crate) const UNDETECTED: &[SequenceLimit] = &[
     ("nobody detected, walking", "cloud.residue", AtMost(0.0005)),
-    ("nobody detected, walking", "octree.ghosts", AtMost(0.0005)),
+    // Measured: none, with each frame and with every third.
+    ("nobody detected, walking", "octree.ghosts", AtMost(0.002)),
     ("nobody detected, walking", "mask.recall", AtLeast(0.7)),
     ("nobody detected, walking", "mask.precision", AtLeast(0.9)),
     ("one of two detected", "cloud.residue", AtMost(0.0005)),
