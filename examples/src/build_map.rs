@@ -107,17 +107,18 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     // The output folder is created first, so that an unwritable one is noticed before the run.
     let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
     let mut source = open_source(&arguments)?;
-    let up = mean_up((0..source.len()).filter_map(|index| source.pose(index)));
+    let world_from_session = arguments.world_from_session.unwrap_or_default();
+    let given_poses = (0..source.len()).filter_map(|index| source.pose(index));
+    let up = mean_up(given_poses.map(|pose| world_from_session * pose));
     let interval = Duration::from_secs_f64(arguments.autosave);
     let autosave = Autosave::start(builder.reader(), saver, interval)?;
 
-    let world_from_session = arguments.world_from_session.unwrap_or_default();
     let mut observers = RunObservers {
         report: arguments.report.then(|| RunRecorder::start(&builder, source.len())),
         session: arguments.mcap.as_ref().map(|path| SessionFile::create(path, up)).transpose()?,
     };
     let detector = detector.as_deref_mut();
-    let (reports, detection) =
+    let Insertion { reports, indices, tried, detection } =
         insert_all(&mut builder, &mut source, detector, &world_from_session, &mut observers);
     if reports.is_empty() {
         return Err("no frame could be mapped".into());
@@ -132,7 +133,7 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     }
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
-    let mut report = RunReport::new(source.len(), &reports, &builder);
+    let mut report = RunReport::new(source.len(), tried, &reports, &builder);
     (report.corrections, report.refinement) = (corrected, refined);
     report.stages.extend(detection.map(|time| ("detector", time)));
     let up = up_of_planes(builder.map().planes(), up);
@@ -141,9 +142,12 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     pictures.extend(octree_pictures(builder.map().octree(), up));
     pictures.extend(plane_pictures(builder.map().planes(), up));
     pictures.push(objects_from_above(builder.map().objects(), &cloud, up));
-    // The middle of the run is drawn as the camera saw it.
-    if let Ok(middle) = source.load(source.len() / 2) {
-        let (map, pose) = (builder.map(), world_from_session * middle.world_from_camera);
+    // The middle of the run is drawn as the camera saw it, from where it was as the maps now have it.
+    let middle = reports.len() / 2;
+    if let Ok(frame) = source.load(indices[middle]) {
+        let given = world_from_session * frame.world_from_camera;
+        let pose = mapped_pose(&builder, reports[middle].id).unwrap_or(given);
+        let (map, middle) = (builder.map(), frame);
         pictures.push(objects_from_camera(map.objects(), &middle.frame, &pose));
         pictures.push(planes_from_camera(map.planes(), &middle.frame, &pose));
     }
@@ -290,20 +294,33 @@ fn read_topic(text: &str) -> Result<(String, String), String> {
     Ok((what.to_owned(), name.to_owned()))
 }
 
+/// What came of the frames of a recording.
+struct Insertion {
+    /// The reports of the frames that were taken in.
+    reports: Vec<FrameReport>,
+    /// Their indices in the recording.
+    indices: Vec<usize>,
+    /// Number of frames until the end, or until the user interrupted: taken in or skipped.
+    tried: usize,
+    /// How long the detector took, if there is one.
+    detection: Option<Milliseconds>,
+}
+
 /// Inserts every frame into the builder until the user interrupts. A frame that cannot be loaded or is
-/// refused is skipped with a warning. Also returns how long the detector took, if there is one.
+/// refused is skipped with a warning.
 fn insert_all(
     builder: &mut MapBuilder,
     source: &mut FrameSource,
     mut detector: Option<&mut (dyn FrameDetector + 'static)>,
     world_from_session: &Pose,
     observers: &mut RunObservers,
-) -> (Vec<FrameReport>, Option<Milliseconds>) {
+) -> Insertion {
     let interrupted = interruption("maps");
     let bar = progress_bar(source.len(), "mapping");
     let warn = |text: String| bar.suspend(|| print_warning(&text));
     source.faults().into_iter().for_each(&warn);
-    let (mut reports, mut detection_ms) = (Vec::new(), Vec::new());
+    let (mut reports, mut indices, mut tried) = (Vec::new(), Vec::new(), 0);
+    let mut detection_ms = Vec::new();
     for index in 0..source.len() {
         if interrupted.load(Ordering::Relaxed) {
             warn(format!("interrupted after {index} of {} frames", source.len()));
@@ -318,6 +335,7 @@ fn insert_all(
                             warn(format!("recording of the session has stopped: {error}"));
                         }
                         reports.push(report);
+                        indices.push(index);
                     }
                     Err(error) => warn(format!("frame {index} skipped: {error}")),
                 }
@@ -325,10 +343,11 @@ fn insert_all(
             }
             Err(error) => warn(format!("frame {index} skipped: {error}")),
         }
+        tried += 1;
         bar.inc(1);
     }
     bar.finish();
-    (reports, detector.map(|_| Milliseconds::of(detection_ms)))
+    Insertion { reports, indices, tried, detection: detector.map(|_| Milliseconds::of(detection_ms)) }
 }
 
 /// Loads a frame; the results of a detector, if there is one, replace the recording's own detections.
@@ -386,6 +405,12 @@ fn refine(builder: &mut MapBuilder) -> Result<CorrectionCost, AnyError> {
     Ok(CorrectionCost { key_frames: report.correction.key_frames, ..cost })
 }
 
+/// The pose of a frame as it is mapped now, after any correction; `None` without a history, where poses stay
+/// as they were given.
+fn mapped_pose(builder: &MapBuilder, frame: FrameId) -> Option<Pose> {
+    builder.trajectory().find(|(id, ..)| *id == frame).map(|(.., pose)| pose)
+}
+
 /// The poses of this session's frames as they are mapped.
 fn mapped_trajectory(
     builder: &MapBuilder,
@@ -407,7 +432,7 @@ fn mapped_trajectory(
 fn print_summary(report: &RunReport, arguments: &Arguments) {
     println!(
         "{} of {} frames taken in ({} skipped), {} key frames mapped",
-        report.frames - report.frames_skipped,
+        report.frames - report.frames_skipped - report.frames_not_reached,
         report.frames,
         report.frames_skipped,
         report.key_frames

@@ -14,6 +14,8 @@ pub struct RunReport {
     pub frames: usize,
     /// Number of frames that could not be loaded or were refused.
     pub frames_skipped: usize,
+    /// Number of frames after the one at which the user interrupted the run.
+    pub frames_not_reached: usize,
     /// Number of frames that were mapped.
     pub key_frames: usize,
     /// Times of the whole insertion of key frames ("insert") and of each of its steps.
@@ -46,14 +48,16 @@ pub struct CorrectionCost {
 }
 
 impl RunReport {
-    /// Summarizes a run from the reports of its frames.
-    pub fn new(frames: usize, reports: &[FrameReport], builder: &MapBuilder) -> Self {
+    /// Summarizes a run from the reports of its frames: of `frames` in the sequence, `tried` came to their
+    /// turn until its end or an interruption, and each of these was skipped or has a report.
+    pub fn new(frames: usize, tried: usize, reports: &[FrameReport], builder: &MapBuilder) -> Self {
         let mut stages: BTreeMap<_, _> =
             Stage::ALL.iter().map(|&stage| (stage.name(), step_time(reports, stage))).collect();
         stages.insert("insert", insertion_time(reports));
         Self {
             frames,
-            frames_skipped: frames - reports.len(),
+            frames_skipped: tried.saturating_sub(reports.len()),
+            frames_not_reached: frames.saturating_sub(tried),
             key_frames: reports.iter().filter(|report| report.update().is_some()).count(),
             stages,
             counts: builder.map().counts(),

@@ -42,7 +42,7 @@ pub(crate) fn follow(kind: CarriedKind, has_depth: bool) -> Result<Followed, Any
     follower.picture("object map", &first.frame, &first.world_from_camera);
     let mut errors = Errors::default();
     for (index, frame) in (MAPPED..).zip(frames) {
-        let found = follower.step(&frame.frame, &frame.detections, &frame.world_from_camera)?;
+        let found = follower.step(&frame.frame, Some(&frame.detections), &frame.world_from_camera)?;
         if let (Some(pose), Some(truth)) = (found, frame.carried) {
             errors.add(kind, &thing_pose(&pose, &start, &thing), &truth.world_from_object);
         }

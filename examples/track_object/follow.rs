@@ -63,16 +63,17 @@ impl Follower {
     }
 
     /// Tracks the object into a frame, updates the maps, and maps the frame. Returns the pose, if there is
-    /// one.
+    /// one. `detections` is `None` when the detector did not run: the maps must not take that for a look
+    /// that found nothing.
     pub(crate) fn step(
         &mut self,
         frame: &Frame,
-        detections: &[Detection],
+        detections: Option<&[Detection]>,
         world_from_camera: &Pose,
     ) -> Result<Option<Pose>, AnyError> {
         let input = seen(frame, self.has_depth)?;
         let begin = Instant::now();
-        let update = self.tracker.track(&input, detections, world_from_camera)?;
+        let update = self.tracker.track(&input, detections.unwrap_or_default(), world_from_camera)?;
         self.run.milliseconds.push(1e3 * begin.elapsed().as_secs_f64());
         self.run.moves.extend(self.builder.follow_object(self.object, &self.tracker, &update)?);
         self.builder.insert(frame, detections, world_from_camera)?;

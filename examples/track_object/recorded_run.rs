@@ -31,7 +31,7 @@ pub(crate) fn follow(
         let SourceFrame { frame, detections, world_from_camera } = &next;
         let begin = *begin.get_or_insert(frame.timestamp());
         if let Some(follower) = &mut follower {
-            follower.step(frame, detections.as_deref().unwrap_or_default(), world_from_camera)?;
+            follower.step(frame, detections.as_deref(), world_from_camera)?;
             if index == middle {
                 follower.picture("in the middle", frame, world_from_camera);
             }

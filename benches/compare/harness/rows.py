@@ -192,7 +192,7 @@ def plane_rows(inputs: Inputs) -> list[Row]:
         Row(
             name="planes of a depth image",
             operation="planes",
-            # Our default, used for all.
+            # Used for all; our own default is 500, which finds smaller planes than the peers' settings are for.
             parameters={"input": inputs.path("images.depths"), "min_support": 1000},
             entrants=[
                 Entrant("dymlm", "dymlm"),

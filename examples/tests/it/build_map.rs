@@ -11,7 +11,8 @@ use dymlm::core::{ColorImage, DepthImage, Pose};
 use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_examples::{every, named_sequence};
 use dymlm_io::{
-    FrameBuffers, MapFolder, McapOptions, McapRecording, StampedPose, Trajectory, write_depth_png, write_png,
+    FrameBuffers, MapFolder, McapOptions, McapRecording, StampedPose, Trajectory, read_color_image,
+    write_depth_png, write_png,
 };
 use dymlm_sim::Sequence;
 use serde_json::Value;
@@ -181,6 +182,36 @@ fn without_a_detector_it_says_which_program_has_one() {
     assert!(!out.exists());
 }
 
+fn page_data(page: &str) -> Value {
+    let (_, data) = page.split_once("id=\"page-data\">").unwrap();
+    serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap()
+}
+
+/// A correction moves the maps; what they hold is drawn on a frame from where its camera then was.
+#[test]
+fn pictures_are_taken_from_the_corrected_poses() {
+    let (parent, dataset, out) = paths();
+    let moved = |index: usize| StampedPose {
+        timestamp: index as f64 * 0.1,
+        world_from_camera: Pose::new([3.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap(),
+    };
+    let poses = parent.path().join("corrections.txt");
+    Trajectory::new((0..FRAMES).map(moved).collect()).unwrap().write(&poses).unwrap();
+    let corrected = parent.path().join("corrected");
+    let [dataset, out, corrected, poses] =
+        [&dataset, &out, &corrected, &poses].map(|path| path.to_str().unwrap());
+    let Some(run) = build_map(&["--dataset", dataset, "--out", out]) else { return };
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let run = build_map(&["--dataset", dataset, "--out", corrected, "--corrections", poses]).unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(MultiLevelMap::load(corrected).unwrap().planes().len(), 1);
+    let [before, after] =
+        [out, corrected].map(|folder| read_color_image(Path::new(folder).join("planes_camera.png")).unwrap());
+    assert!(before.data().iter().any(|&color| color != [90, 120, 60]), "the wall is drawn");
+    let others = before.data().iter().zip(after.data()).filter(|(a, b)| a != b).count();
+    assert!(others < WIDTH * HEIGHT / 50, "{others} pixels differ");
+}
+
 #[test]
 fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let (parent, dataset, out) = paths();
@@ -200,12 +231,20 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [1.0, 0.0, 0.0]));
     // The times on its page are those of the maps' clock, which has gone on.
     let page = fs::read_to_string(Path::new(second).join("report.html")).unwrap();
-    let (_, data) = page.split_once("id=\"page-data\">").unwrap();
-    let data: serde_json::Value = serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap();
+    let data = page_data(&page);
     let wall = &data["planes"][0];
     assert_eq!((data["start"].as_f64(), wall["first_seen"].as_f64()), (Some(10.5), Some(0.0)), "{wall}");
     assert_eq!(data["cloud"]["count"], after.cloud().len());
     assert!(MapFolder::open(second).unwrap().files().any(|name| name == "report.html"));
+    // What is up in this sequence's world is told in the maps' world: turned by a right angle about z.
+    let turned = parent.path().join("turned");
+    let turned = turned.to_str().unwrap();
+    let about_z = ["--resume", out, "--world-from-session", "0 0 0 0 0 0.70710678 0.70710678", "--report"];
+    let run = build_map(&[&["--dataset", dataset, "--out", turned][..], &about_z].concat()).unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let data = page_data(&fs::read_to_string(Path::new(turned).join("report.html")).unwrap());
+    let up: Vec<f64> = serde_json::from_value(data["up"].clone()).unwrap();
+    assert!((up[0] - 1.0).abs() < 1e-6, "{up:?}");
     // The output may also be the folder that is resumed.
     let run = build_map(&["--dataset", dataset, "--out", out, "--resume", out]).unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
@@ -229,6 +268,9 @@ fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
     let output = run.wait_with_output().unwrap();
     let warnings = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success() && warnings.contains("interrupted after"), "{warnings}");
+    let report: Value = serde_json::from_slice(&fs::read(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!(report["frames_skipped"], 0, "{report}");
+    assert!(report["frames_not_reached"].as_u64() > Some(0), "{report}");
     let map = MultiLevelMap::load(&out).unwrap();
     assert!(
         map.cloud().frames() > 0 && out.join("report.json").exists() && out.join("cloud_above.png").exists()

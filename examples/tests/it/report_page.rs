@@ -26,7 +26,7 @@ fn page_of(config: &SequenceConfig, title: &str) -> (String, Value) {
         reports.push(report);
     }
     builder.settle();
-    let report = RunReport::new(sequence.len(), &reports, &builder);
+    let report = RunReport::new(sequence.len(), sequence.len(), &reports, &builder);
     let trajectory = Trajectory::new(poses).unwrap();
     let up = sequence.config().world_from_scene.rotate([0.0, 0.0, 1.0]);
     let (map, frames) = (builder.map(), reports.as_slice());
@@ -113,7 +113,7 @@ fn a_chair_that_was_pushed_away_is_told_of() {
 fn an_empty_map_has_a_page() {
     let builder = MapBuilder::new(MapConfig::default()).unwrap();
     let recorder = RunRecorder::start(&builder, 0);
-    let report = RunReport::new(0, &[], &builder);
+    let report = RunReport::new(0, 0, &[], &builder);
     let pose = StampedPose { timestamp: 0.0, world_from_camera: Pose::identity() };
     let trajectory = Trajectory::new(vec![pose]).unwrap();
     // No direction is up.

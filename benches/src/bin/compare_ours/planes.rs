@@ -20,8 +20,8 @@ pub(crate) struct Planes {
 /// A detected plane, as a row of the result file.
 type Row = [f64; 9];
 
-/// `planes input= min_support=`: detects the planes of each depth image, with refinement, covariance, edge
-/// points and the filter.
+/// `planes input= min_support=`: detects the planes of each depth image, with refinement, covariance, samples
+/// of the patch and the filter.
 pub(crate) fn run(request: &Request, inputs: &mut Inputs, kept: &mut Planes) -> Result<Timing, Failure> {
     let path = request.text("input")?;
     if !kept.images.contains_key(path) {
