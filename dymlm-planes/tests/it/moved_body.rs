@@ -102,11 +102,11 @@ fn what_is_gone_stays_gone_when_another_body_takes_a_part_of_it() {
     let half = |place: [f64; 3], is_left: bool| is_board(place) && (place[0] < -0.35) == is_left;
     for is_left in [true, false] {
         let whole = [[-1.0; 3], [2.0; 3]];
-        looked_at.judge([whole], None, 0.9, |place| Some(half(place, is_left)));
+        looked_at.judge([whole], None, 1.0, |place| Some(half(place, is_left)));
         assert!(looked_at.plane(id).unwrap().is_confirmed());
-        looked_at.judge([], Some(whole), 0.9, |_| Some(false));
+        looked_at.judge([], Some(whole), 1.0, |_| Some(false));
     }
-    looked_at.judge([], Some([[5.0; 3], [9.0; 3]]), 0.0, |_| Some(false));
+    looked_at.judge([[[-0.46, 0.0, 1.39], [-0.44, 0.01, 1.41]]], None, 0.0, |_| Some(false));
     assert!(looked_at.plane(id).unwrap().is_confirmed(), "nothing of it is free");
 
     // Put down elsewhere it is there, until that place is judged.
