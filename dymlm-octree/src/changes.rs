@@ -5,8 +5,7 @@ impl Octree {
     /// outside the cubes and [this map's leaves](Self::leaves_in_box) inside them together are this map. No
     /// leaf of either map lies partly in a cube. A cube has 8 cells a side, more where a larger pruned leaf
     /// was split, formed or changed as a whole, and where space became known of which nothing was. Cubes do
-    /// not overlap. Colours are not compared. The order is
-    /// fixed.
+    /// not overlap. Colours are not compared. The order is fixed.
     ///
     /// O(nodes that the maps do not share): where the earlier map is a clone of this one, the nodes that have
     /// changed.

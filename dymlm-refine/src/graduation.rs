@@ -25,7 +25,8 @@ pub(crate) struct Graduation {
 impl Graduation {
     /// `errors`: those with all weights 1.
     pub(crate) fn begin(errors: Vec<f64>) -> Self {
-        let largest = errors.iter().copied().fold(0.0, f64::max);
+        // An infinite error is wrong however near the cost is.
+        let largest = errors.iter().copied().fold(0.0, f64::max).min(f64::MAX / 4.0);
         let nearness = 1.0 / (2.0 * largest - 1.0).max(1.0);
         let rate = RATE.max(nearness.powf(-1.0 / ROUNDS_TO_ONE));
         Self { weights: vec![1.0; errors.len()], errors, nearness, rate, rounds: 0 }
@@ -60,6 +61,26 @@ impl Graduation {
             0.0
         } else {
             ((mu * (mu + 1.0) / error).sqrt() - mu).clamp(0.0, 1.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares of distances of 1e160 m are infinite.
+    #[test]
+    fn an_error_without_a_limit_is_the_only_one_that_is_wrong() {
+        for wrong in [1e4, 1e16, 1e300, f64::MAX, f64::INFINITY] {
+            let errors = vec![0.05, wrong, 0.27, 0.6];
+            let mut graduation = Graduation::begin(errors.clone());
+            let mut last = Vec::new();
+            while let Some(weights) = graduation.next() {
+                last = weights.to_vec();
+                graduation.look_at(errors.clone());
+            }
+            assert_eq!(last, [1.0, 0.0, 1.0, 1.0], "{wrong}");
         }
     }
 }
