@@ -189,13 +189,23 @@ impl CloudMap {
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
         let lattice = self.lattice_of(frame, masks, world_from_camera)?;
-        self.apply(frame, masks, world_from_camera, &lattice, Direction::Remove);
+        self.take_out(frame.timestamp(), |map| {
+            map.apply(frame, masks, world_from_camera, &lattice, Direction::Remove);
+        })
+    }
+
+    /// Takes out what `apply` does, or nothing when it was never put in. A copy of the map is the way back: what a
+    /// time at which nothing was inserted makes of the evidence's periods cannot be undone.
+    pub(crate) fn take_out(&mut self, timestamp: f64, apply: impl FnOnce(&mut Self)) -> Result<(), Error> {
+        let before = self.clone();
+        apply(self);
         if self.is_overdrawn() {
-            self.apply(frame, masks, world_from_camera, &lattice, Direction::Insert);
-            self.drop_empty_voxels();
-            return Err(Error::NotInserted { timestamp: frame.timestamp() });
+            *self = before;
+            return Err(Error::NotInserted { timestamp });
         }
         self.drop_empty_voxels();
+        // The newest frame is still the newest, unless it was this one.
+        self.evidence.set_epoch(before.evidence.epoch());
         Ok(())
     }
 

@@ -98,10 +98,14 @@ impl Evidence {
         self.revision
     }
 
-    /// The epoch of the newest frame.
-    #[cfg(feature = "state")]
+    /// The epoch of the current frame.
     pub(crate) fn epoch(&self) -> i32 {
         self.epoch
+    }
+
+    /// Goes back to the epoch of the newest frame, after one was taken out.
+    pub(crate) fn set_epoch(&mut self, epoch: i32) {
+        self.epoch = epoch;
     }
 
     /// Goes on from a saved epoch and revision.
@@ -310,6 +314,7 @@ impl Evidence {
     /// Adds another map's evidence.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.revision += 1;
+        self.epoch = self.epoch.max(other.epoch);
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks().iter()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.block_mut(slot) {

@@ -58,13 +58,9 @@ impl CloudMap {
         self.check_scan(timestamp, world_from_sensor)?;
         let lattice = self.lattice_around(1.0, world_from_sensor)?;
         let scan = Scan { timestamp, points, world_from_sensor };
-        self.apply_scan(scan, &lattice, Direction::Remove);
-        let is_overdrawn = self.is_overdrawn();
-        if is_overdrawn {
-            self.apply_scan(scan, &lattice, Direction::Insert);
-        }
-        self.drop_empty_voxels();
-        if is_overdrawn { Err(Error::NotInserted { timestamp }) } else { Ok(()) }
+        self.take_out(timestamp, |map| {
+            map.apply_scan(scan, &lattice, Direction::Remove);
+        })
     }
 
     /// Checks that a scan of this time and from this place can be inserted: an insertion refuses nothing

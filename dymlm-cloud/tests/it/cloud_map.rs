@@ -792,6 +792,49 @@ fn space_is_long_free_where_frames_looked_through_before_the_current_epoch() {
     assert!(!map.is_long_free([f64::NAN; 3], 0.0) && !map.is_long_free([1e12; 3], 0.0));
 }
 
+/// What is taken out of an old frame does not make its time the present; nor does a map that is merged.
+#[test]
+fn the_present_is_that_of_the_newest_frame_whatever_is_taken_out_or_added() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    let place = [0.0, 0.0, 1.2];
+    let shown = |step: i32| frame(0.1 * f64::from(step), |_, _| if step < 50 { 2.4 } else { 1.2 });
+    let mut early = map.clone();
+    for step in 0..70 {
+        map.insert(&shown(step), None, &Pose::identity()).unwrap();
+    }
+    for step in 0..5 {
+        early.insert(&shown(step), None, &Pose::identity()).unwrap();
+    }
+    assert!(map.is_long_free(place, 0.0), "what is new there does not count");
+    let (mut a, mut b) = (map.clone(), early.clone());
+    a.merge(&early).unwrap();
+    b.merge(&map).unwrap();
+    assert_eq!([a.is_long_free(place, 0.0), b.is_long_free(place, 0.0)], [true; 2]);
+    for step in 0..5 {
+        map.remove(&shown(step), None, &Pose::identity()).unwrap();
+        assert!(map.is_long_free(place, 0.0), "frame {step}");
+    }
+}
+
+/// A time at which nothing was inserted once joined the periods of all evidence before it.
+#[test]
+fn a_refused_removal_leaves_what_is_known_of_time() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    insert_walls(&mut map, 0.0, [25.0, 2.0], 2.4);
+    insert_walls(&mut map, 25.0, [10.0, 2.0], 1.2);
+    let known = |map: &CloudMap| {
+        let verdict = map.verdicts().at([0.0, 0.0, 1.2]);
+        (verdict, map.point_cloud(Selection::Static), map.evidence_revision())
+    };
+    let before = known(&map);
+    assert_eq!(before.0, Some(Verdict::Static));
+    let refused = map.remove(&frame(4000.0, |_, _| 1.2), None, &Pose::identity());
+    assert!(matches!(refused, Err(Error::NotInserted { .. })));
+    assert!(known(&map) == before);
+    insert_walls(&mut map, 35.0, [1.0, 2.0], 1.2);
+    assert_eq!(known(&map).0, Some(Verdict::Static));
+}
+
 #[test]
 fn a_place_tells_since_when_and_until_when_it_was_occupied() {
     let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
