@@ -145,7 +145,7 @@ impl MapBuilder {
             }
             log.frames.push(InsertedFrame { timestamp, clock_offset, world_from_camera: *world_from_camera });
         }
-        self.waiting.give_up_before(timestamp, self.config.max_detection_delay);
+        self.waiting.give_up_before((id, timestamp), self.config.max_detection_delay);
         Ok((id, self.process_ready()?))
     }
 

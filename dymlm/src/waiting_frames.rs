@@ -103,14 +103,15 @@ impl WaitingFrames {
         }
     }
 
-    /// Stops waiting for the detections of frames that came more than `delay` seconds before `now`: their detector
-    /// counts as not run. The newest frame goes on waiting unless no delay is allowed: where frames come seldom,
-    /// or after a pause, its detector has had the time until now, but nobody has asked for what it found.
-    pub(crate) fn give_up_before(&mut self, now: f64, delay: f64) {
-        let spared = usize::from(delay > 0.0);
-        let count = self.queue.len().saturating_sub(spared);
-        let is_late = |waiting: &&mut WaitingFrame| waiting.frame.timestamp() < now - delay;
-        self.queue.iter_mut().take(count).take_while(is_late).for_each(WaitingFrame::give_up);
+    /// Stops waiting, when a frame or scan of a time comes, for the detections of frames more than `delay` seconds
+    /// older: their detector counts as not run. The frame right before it goes on waiting unless no delay is
+    /// allowed: where frames come seldom, or after a pause, its detector has had the time until now, but nobody
+    /// has asked for what it found.
+    pub(crate) fn give_up_before(&mut self, (newest, now): (FrameId, f64), delay: f64) {
+        let is_spared = |waiting: &WaitingFrame| delay > 0.0 && waiting.id.get() + 1 == newest.get();
+        let is_late =
+            |waiting: &&mut WaitingFrame| waiting.frame.timestamp() < now - delay && !is_spared(waiting);
+        self.queue.iter_mut().take_while(is_late).for_each(WaitingFrame::give_up);
     }
 
     /// The same for all frames.
