@@ -37,6 +37,7 @@ mod rounding;
 #[cfg(feature = "state")]
 mod saved_state;
 mod scan;
+mod shared_kept;
 mod slot_index;
 mod slot_numbers;
 mod stamps;

@@ -55,6 +55,8 @@ fn whoever_holds_the_verdicts_may_query_the_map() {
     let expected = map.verdicts().at(place);
     let held = map.verdicts();
     assert_eq!(map.verdicts().at(place), expected);
+    assert_eq!(map.clone().verdicts().at(place), expected);
+    assert!(map.memory_bytes() > 0);
     assert!(map.point_cloud(Selection::Static).len() > 100);
     assert_eq!(held.at(place), expected);
 }
