@@ -98,7 +98,11 @@ T = {
         "save": "map: Map -> None",
         "folder": "Path",
     },
-    "ObjectTracker": {"object": "int", "track": "frame: Frame -> ObjectUpdate"},
+    "ObjectTracker": {
+        "object": "int",
+        "track": "frame: Frame -> ObjectUpdate",
+        "move_world": f"new_from_old: {PL} -> None",
+    },
     "ObjectUpdate": {
         "state": "str",
         "world_from_object": "Pose",
@@ -157,6 +161,7 @@ T = {
         "key_frames": "int",
         "moved_key_frames": "int",
         "largest_motion": "float",
+        "new_from_old": "Pose",
         "planes": "ThingChanges",
         "objects": "ThingChanges",
     },
