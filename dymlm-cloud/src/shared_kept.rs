@@ -1,4 +1,5 @@
 use std::cell::Cell;
+use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -51,15 +52,21 @@ impl<'a> Held<'a> {
         HOLDS.set(HOLDS.get() + 1);
         Self(Holding::Alone(Box::default()))
     }
+}
 
-    pub(crate) fn get(&self) -> &Kept {
+impl Deref for Held<'_> {
+    type Target = Kept;
+
+    fn deref(&self) -> &Kept {
         match &self.0 {
             Holding::Locked(kept) => kept,
             Holding::Alone(kept) => kept,
         }
     }
+}
 
-    pub(crate) fn get_mut(&mut self) -> &mut Kept {
+impl DerefMut for Held<'_> {
+    fn deref_mut(&mut self) -> &mut Kept {
         match &mut self.0 {
             Holding::Locked(kept) => kept,
             Holding::Alone(kept) => kept,
@@ -149,7 +156,6 @@ impl SharedKept {
     pub(crate) fn page_out_like(&mut self, other: &Self) {
         let own = self.kept.get_mut().unwrap_or_else(PoisonError::into_inner);
         let other = other.hold();
-        let other = other.get();
         own.verdicts.page_out_like(&other.verdicts);
         if !Arc::ptr_eq(&own.cloud, &other.cloud) {
             Arc::make_mut(&mut own.cloud).page_out_like(&other.cloud);
@@ -170,9 +176,8 @@ impl SharedKept {
     /// Bytes that another cache does not share.
     pub(crate) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
         // A clone, so that no two locks are held at a time.
-        let other = other.map_or_else(Kept::default, |other| other.hold().get().clone());
+        let other = other.map_or_else(Kept::default, |other| Kept::clone(&other.hold()));
         let kept = self.hold();
-        let kept = kept.get();
         let is_shared = Arc::ptr_eq(&kept.cloud, &other.cloud);
         kept.verdicts.memory_bytes_beside(&other.verdicts)
             + if is_shared { 0 } else { kept.cloud.memory_bytes_beside(&other.cloud) }
@@ -180,8 +185,7 @@ impl SharedKept {
 
     /// Bytes without the blocks.
     pub(crate) fn list_bytes(&self) -> usize {
-        let kept = self.hold();
-        let Kept { verdicts, cloud } = kept.get();
+        let Kept { verdicts, cloud } = &*self.hold();
         verdicts.list_bytes_beside(&VerdictGrid::default()) + cloud.list_bytes_beside(&StaticCloud::default())
     }
 
@@ -192,8 +196,7 @@ impl SharedKept {
         evidence: impl IntoIterator<Item = usize>,
         voxels: impl IntoIterator<Item = usize>,
     ) -> usize {
-        let kept = self.hold();
-        let Kept { verdicts, cloud } = kept.get();
+        let Kept { verdicts, cloud } = &*self.hold();
         let verdicts: usize = evidence.into_iter().map(|slot| verdicts.block_bytes(slot)).sum();
         verdicts + voxels.into_iter().map(|slot| cloud.block_bytes(slot)).sum::<usize>()
     }
@@ -226,6 +229,6 @@ impl SharedKept {
 
 impl Clone for SharedKept {
     fn clone(&self) -> Self {
-        Self { kept: Mutex::new(self.hold().get().clone()), lineage: self.lineage }
+        Self { kept: Mutex::new(Kept::clone(&self.hold())), lineage: self.lineage }
     }
 }

@@ -19,13 +19,13 @@ impl Verdicts<'_> {
     /// The verdict on a place, metres, world: [`Verdict::Static`] or [`Verdict::Ghost`]; `None` when nothing
     /// was ever read there.
     pub fn at(&self, place: [f64; 3]) -> Option<Verdict> {
-        self.kept.get().verdicts.of_voxel(&self.map.evidence, self.map.voxel_at(place)?)
+        self.kept.verdicts.of_voxel(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
     /// Whether a place in which something was read is free now: frames look through it. A mover that stays is
     /// a ghost, but not free. `None` when nothing was ever read there.
     pub fn is_free(&self, place: [f64; 3]) -> Option<bool> {
-        self.kept.get().verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
+        self.kept.verdicts.is_free(&self.map.evidence, self.map.voxel_at(place)?)
     }
 
     /// Whether a place is empty: frames look through it, and nothing stands there, not even a mover. Where
@@ -33,7 +33,7 @@ impl Verdicts<'_> {
     /// place.
     pub fn is_empty(&self, place: [f64; 3]) -> Option<bool> {
         let voxel = self.map.voxel_at(place)?;
-        let read = self.kept.get().verdicts.is_free(&self.map.evidence, voxel);
+        let read = self.kept.verdicts.is_free(&self.map.evidence, voxel);
         read.or_else(|| self.map.evidence.is_looked_through(voxel).then_some(true))
     }
 
@@ -46,7 +46,7 @@ impl Verdicts<'_> {
     /// have changed after a [revision](CloudMap::evidence_revision): their evidence has, or that beside them.
     pub fn ghost_boxes_since(&self, revision: u32) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let (keys, cell_size) = (self.map.evidence.blocks().keys(), self.cell_size());
-        let slots = self.kept.get().verdicts.ghost_blocks_since(&self.map.evidence, revision);
+        let slots = self.kept.verdicts.ghost_blocks_since(&self.map.evidence, revision);
         slots.into_iter().filter_map(move |slot| keys.get(slot).map(|key| key.bounds(cell_size)))
     }
 
@@ -67,7 +67,7 @@ impl CloudMap {
     /// microseconds for each block of 8^3 cells.
     pub fn verdicts(&self) -> Verdicts<'_> {
         let mut kept = self.kept.hold();
-        kept.get_mut().verdicts.refresh(&self.evidence, self.config.looks_per_reading as f32);
+        kept.verdicts.refresh(&self.evidence, self.config.looks_per_reading as f32);
         Verdicts { map: self, kept }
     }
 
@@ -79,7 +79,7 @@ impl CloudMap {
     /// The static cloud, with all changes taken in.
     pub(crate) fn kept_cloud(&self) -> Arc<StaticCloud> {
         let mut kept = self.verdicts().kept;
-        let Kept { verdicts, cloud } = kept.get_mut();
+        let Kept { verdicts, cloud } = &mut *kept;
         let source = Source {
             voxels: &self.voxels,
             stamp: self.stamp,

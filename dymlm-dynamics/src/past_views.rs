@@ -8,8 +8,8 @@ use crate::surroundings::Surroundings;
 /// residue of `fresh_90417_sitting_0` .35 to .68 %.)
 const AGES: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0, 32.0];
 /// Age at which a view is forgotten even if no newer one has taken its place, as after a pause, seconds. The
-/// oldest slot moves on within a second more than its age.
-const MAX_AGE: f64 = 33.0;
+/// oldest slot moves on at its age, when the next view is stored.
+const MAX_AGE: f64 = AGES[AGES.len() - 1] + AGES[0];
 
 /// Accuracy of poses and of places interpolated between readings, metres. A lower value takes pose errors for
 /// motion, a higher one misses the sway of somebody near the camera.

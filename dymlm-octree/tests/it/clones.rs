@@ -1,7 +1,7 @@
 //! A map that is cloned changes as if it had no clones, and its clones do not change with it.
 
-use crate::common::changes::{apply, changes, file};
-use dymlm_octree::{Octree, OctreeConfig};
+use crate::common::changes::{apply, changes, config, file};
+use dymlm_octree::Octree;
 use proptest::prelude::*;
 
 proptest! {
@@ -9,9 +9,7 @@ proptest! {
 
     #[test]
     fn a_map_changes_as_if_nobody_had_a_clone_and_no_clone_changes(changes in changes()) {
-        let mut config = OctreeConfig::default();
-        (config.resolution, config.color) = (0.1, true);
-        let (mut shared, mut alone) = (Octree::new(config.clone()).unwrap(), Octree::new(config).unwrap());
+        let [mut shared, mut alone] = [(); 2].map(|()| Octree::new(config(true)).unwrap());
         let mut clones = Vec::new();
         for change in &changes {
             let clone = shared.clone();

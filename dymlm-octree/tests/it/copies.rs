@@ -1,9 +1,9 @@
 //! A copy that follows a map by its changes: the copy's leaves outside the cubes and the map's leaves inside them
 //! together are the map.
 
-use crate::common::changes::{apply, changes};
+use crate::common::changes::{apply, changes, config};
 use crate::common::one_leaf;
-use dymlm_octree::{Extent, Leaf, Octree, OctreeConfig};
+use dymlm_octree::{Extent, Leaf, Octree};
 use proptest::prelude::*;
 
 fn holds(cube: &Extent, leaf: &Leaf) -> bool {
@@ -34,9 +34,7 @@ proptest! {
 
     #[test]
     fn a_copy_that_follows_the_changes_is_the_map(changes in changes()) {
-        let mut config = OctreeConfig::default();
-        (config.resolution, config.color) = (0.1, true);
-        let mut map = Octree::new(config).unwrap();
+        let mut map = Octree::new(config(true)).unwrap();
         for change in &changes {
             let earlier = map.clone();
             apply(&mut map, change);

@@ -1,17 +1,11 @@
 //! A map saved in parts is restored bit by bit, and damaged parts do no harm.
 
 #![cfg(feature = "state")]
-use crate::common::changes::{apply, changes, file};
+use crate::common::changes::{apply, changes, config, file};
 use dymlm_core::SplitMix64;
-use dymlm_octree::{Error, Octree, OctreeConfig};
+use dymlm_octree::{Error, Octree};
 use dymlm_test_support::{SavedParts, damaged_parts, incomplete_parts, save_into, saved_parts};
 use proptest::prelude::*;
-
-fn config(color: bool) -> OctreeConfig {
-    let mut config = OctreeConfig::default();
-    (config.resolution, config.color) = (0.1, color);
-    config
-}
 
 fn whole(map: &Octree) -> SavedParts {
     saved_parts(|sink| map.save_state(None, sink))

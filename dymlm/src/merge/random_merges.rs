@@ -189,7 +189,6 @@ fn maps_that_do_not_fit_are_refused_by_name_and_nothing_changes() {
     assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
 }
 
-/// What a session's first key frame has shown may be mended or taken out later: it is the same session.
 /// Machines of a fleet have other folders, memory and intervals; the other's sessions may be the first.
 #[test]
 fn the_merged_maps_have_the_config_of_the_map_that_was_merged_into() {
@@ -203,6 +202,7 @@ fn the_merged_maps_have_the_config_of_the_map_that_was_merged_into() {
     }
 }
 
+/// What a session's first key frame has shown may be mended or taken out later: it is the same session.
 #[test]
 fn a_session_whose_first_key_frame_is_gone_in_one_map_is_the_same_session() {
     let whole = map(&(0, 0.0, frames(3)));

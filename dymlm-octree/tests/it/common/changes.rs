@@ -1,7 +1,7 @@
 //! Random changes of a map.
 
 use super::{Key, one_leaf};
-use dymlm_octree::Octree;
+use dymlm_octree::{Octree, OctreeConfig};
 use proptest::prelude::*;
 
 /// A way to change a map.
@@ -15,6 +15,13 @@ pub(crate) enum Change {
     Cube(Key, u8, f32),
     ToMaxLikelihood,
     Clear,
+}
+
+/// The config of maps that are changed so, with colours or without.
+pub(crate) fn config(color: bool) -> OctreeConfig {
+    let mut config = OctreeConfig::default();
+    (config.resolution, config.color) = (0.1, color);
+    config
 }
 
 fn place() -> impl Strategy<Value = [f64; 3]> {
