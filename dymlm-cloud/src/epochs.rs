@@ -17,6 +17,12 @@ pub(crate) const EPOCH: f64 = 2.5;
 /// Periods of more than 2^`MAX_LEVEL` epochs, 85 years, are not made: the next level would overflow the
 /// numbers.
 const MAX_LEVEL: u32 = 30;
+/// The newest 32 epochs in which a block was seen are joined only as if no time had passed between them: what
+/// older ones say is nearly forgotten after as many (`PAST` to the 32nd, in `opinion.rs`), so that later nothing
+/// is lost by joining them by time alone. A power of two, and a bit of [`Period::seen`] each.
+const RECENT: u32 = u32::BITS;
+/// Longest period that can be among the recent ones.
+const RECENT_LEVEL: u32 = RECENT.ilog2();
 
 /// The epoch that contains a time, seconds.
 pub(crate) fn epoch_of(timestamp: f64) -> i32 {
@@ -28,11 +34,15 @@ pub(crate) fn epoch_of(timestamp: f64) -> i32 {
 /// they are old.
 ///
 /// Counts within a period are sums, so they do not depend on the order of frames, frames can be taken out
-/// again, and two histories add up. Where periods begin and end depends only on the newest epoch in which the
-/// block was seen: a period of 2^k epochs, which starts at a multiple of 2^k, is formed as soon as 2^k epochs
-/// have passed since its end. So there are about 1.5 periods for each doubling of time, and nothing needs to
-/// be forgotten: a wall that was seen once and then occluded for a day is still a wall, and a place that is
-/// looked through in the morning is known to have been read the evening before.
+/// again, and two histories add up. Where periods begin and end depends only on the epochs in which the block
+/// was seen, not on their order: a period of 2^k epochs, which starts at a multiple of 2^k, is formed as soon as
+/// 2^k epochs have passed since its end, and the block was seen in as many of them, or in [`RECENT`]. So there
+/// are about 1.5 periods for each doubling of time, and nothing needs to be forgotten: a wall that was seen once
+/// and then occluded for a day is still a wall, and a place that is looked through in the morning is known to
+/// have been read the evening before.
+///
+/// Time alone would not do: after an hour without a look, the last minutes before it would be one period, and a
+/// thing put down in the last of them would be outvoted by the emptiness before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Epochs {
     /// By time, the newest last.
@@ -65,13 +75,16 @@ impl Record for OlderReads {
 pub(crate) struct Period {
     pub(crate) first: i32,
     pub(crate) level: u32,
+    /// The epochs in which the block was seen, the first in the lowest bit; 0 above [`RECENT_LEVEL`], where no
+    /// rule asks.
+    pub(crate) seen: u32,
     /// Frames that look through the whole block, in addition to the counts of its cells.
     pub(crate) looked_through: u32,
     pub(crate) cells: CellCounts,
 }
 
 record!(Epochs { periods, read });
-record!(Period { first, level, looked_through, cells });
+record!(Period { first, level, seen, looked_through, cells });
 
 impl Epochs {
     /// The periods by time, the newest last.
@@ -88,13 +101,12 @@ impl Epochs {
             period.level <= MAX_LEVEL && period.first >> period.level << period.level == period.first
         };
         // Periods of other levels have no end.
-        if !periods.iter().all(is_aligned) {
+        if !periods.iter().all(is_aligned) || !periods.iter().all(Period::is_seen_within) {
             return None;
         }
         let is_ordered = |pair: &[Period]| pair[0].end() < i64::from(pair[1].first);
-        let newest = periods.last().map_or(0, Period::end);
-        let is_joined = |period: &Period| period.level >= level_of(period.first, newest);
-        if !periods.iter().all(is_joined) || !periods.windows(2).all(is_ordered) {
+        let is_joined = |period: &Period| period.level >= level_of(period.first, &periods);
+        if !periods.windows(2).all(is_ordered) || !periods.iter().all(is_joined) {
             return None;
         }
         // Most blocks of a loaded map do not come into view: their newest period is packed as well, until it grows.
@@ -114,7 +126,7 @@ impl Epochs {
             }
             _ => {
                 self.read = OlderReads(OnceLock::from(self.cells_read()));
-                self.periods.push(Period::new(epoch, 0));
+                self.periods.push(Period::of_epoch(epoch));
                 self.coarsen();
                 self.periods.len() - 1
             }
@@ -181,6 +193,8 @@ impl Epochs {
         self.read = OlderReads::default();
         self.periods.extend(other.periods.iter().cloned());
         self.periods.sort_by_key(|period| period.first);
+        // An epoch that both have seen counts once, so what overlaps is joined before anything is counted.
+        self.join(|period, _| period.level);
         self.coarsen();
     }
 
@@ -220,49 +234,79 @@ impl Epochs {
             + own.map(|period| period.cells.memory_bytes()).sum::<usize>()
     }
 
+    /// The place of the period of an epoch before the newest, which is noted as seen.
     fn place_of_older(&mut self, epoch: i32) -> usize {
-        let place = self.periods.partition_point(|period| period.end() < i64::from(epoch));
-        if !self.periods.get(place).is_some_and(|period| period.contains(epoch)) {
-            let level = level_of(epoch, self.newest());
-            self.periods.insert(place, Period::new(epoch, level));
+        let place_in = |periods: &[Period]| periods.partition_point(|period| period.end() < i64::from(epoch));
+        let place = place_in(&self.periods);
+        let is_new = match self.periods.get_mut(place) {
+            Some(period) if period.contains(epoch) => period.note_seen(epoch),
+            _ => {
+                self.periods.insert(place, Period::of_epoch(epoch));
+                true
+            }
+        };
+        if !is_new {
+            return place;
         }
-        place
+        // Since the end of the periods before it, the block was seen once more.
+        self.coarsen();
+        place_in(&self.periods)
     }
 
-    fn newest(&self) -> i64 {
-        self.periods.last().map_or(0, Period::end)
-    }
-
-    /// Joins the periods that have become one since the newest epoch began.
+    /// Joins the periods that have become one since an epoch was added.
     fn coarsen(&mut self) {
-        let newest = self.newest();
-        let mut joined: Vec<Period> = Vec::with_capacity(self.periods.len());
-        for mut period in self.periods.drain(..) {
-            period.grow_to(level_of(period.first, newest));
-            match joined.last_mut() {
-                Some(last) if last.contains(period.first) => last.add(&period),
-                _ => joined.push(period),
+        self.join(|period, later| level_of(period.first, later).max(period.level));
+        let older = self.periods.len().saturating_sub(1);
+        self.periods.iter_mut().take(older).for_each(|period| period.cells.pack());
+    }
+
+    /// Lets each period grow to the level that `level` gives it, from the period and all that are not older,
+    /// and joins those that are one then.
+    fn join(&mut self, level: impl Fn(&Period, &[Period]) -> u32) {
+        let mut joined = 0;
+        for place in 0..self.periods.len() {
+            let grown = level(&self.periods[place], &self.periods[place..]);
+            self.periods[place].grow_to(grown);
+            let (before, others) = self.periods.split_at_mut(place);
+            match before[..joined].last_mut() {
+                Some(last) if last.contains(others[0].first) => last.add(&others[0]),
+                _ => {
+                    self.periods.swap(joined, place);
+                    joined += 1;
+                }
             }
         }
-        let older = joined.len().saturating_sub(1);
-        joined.iter_mut().take(older).for_each(|period| period.cells.pack());
-        self.periods = joined;
+        self.periods.truncate(joined);
     }
 }
 
-/// Level of the period that an epoch belongs to, when `newest` is the newest epoch.
-fn level_of(epoch: i32, newest: i64) -> u32 {
+/// Level of the period that an epoch belongs to, among `periods` by time; those before it are not needed.
+fn level_of(epoch: i32, periods: &[Period]) -> u32 {
+    let Some(newest) = periods.last().map(Period::end) else { return 0 };
     let is_whole = |level: u32| {
         let length = 1_i64 << level;
         let end = (i64::from(epoch) >> level) * length + length - 1;
-        newest - end >= length
+        newest - end >= length && is_seen_after(end, 1 << level.min(RECENT_LEVEL), periods)
     };
     (1..=MAX_LEVEL).take_while(|&level| is_whole(level)).last().unwrap_or(0)
 }
 
+/// Whether the block was seen after an epoch, in at least so many epochs, at most [`RECENT`].
+fn is_seen_after(epoch: i64, least: u32, periods: &[Period]) -> bool {
+    let mut seen = 0;
+    for period in periods.iter().rev().take_while(|period| i64::from(period.first) > epoch) {
+        // The block was seen `RECENT` times after a longer one.
+        seen += if period.level > RECENT_LEVEL { RECENT } else { period.seen.count_ones() };
+        if seen >= least {
+            return true;
+        }
+    }
+    false
+}
+
 impl Period {
-    fn new(epoch: i32, level: u32) -> Self {
-        Self { first: epoch >> level << level, level, looked_through: 0, cells: CellCounts::None }
+    fn of_epoch(epoch: i32) -> Self {
+        Self { first: epoch, level: 0, seen: 1, looked_through: 0, cells: CellCounts::None }
     }
 
     /// When it begins and ends, seconds.
@@ -278,13 +322,41 @@ impl Period {
         epoch >= self.first && i64::from(epoch) <= self.end()
     }
 
+    /// Notes that the block was seen in one of the period's epochs; returns whether that is known to be new.
+    fn note_seen(&mut self, epoch: i32) -> bool {
+        if self.level > RECENT_LEVEL {
+            return false;
+        }
+        let before = self.seen;
+        self.seen |= 1 << (epoch - self.first);
+        self.seen != before
+    }
+
+    /// Whether the block was seen in an epoch, and in none beyond the period.
+    #[cfg(feature = "state")]
+    fn is_seen_within(&self) -> bool {
+        match self.level {
+            level if level > RECENT_LEVEL => self.seen == 0,
+            RECENT_LEVEL => self.seen != 0,
+            level => self.seen != 0 && self.seen >> (1 << level) == 0,
+        }
+    }
+
     fn grow_to(&mut self, level: u32) {
+        let first = self.first;
         self.level = self.level.max(level);
         self.first = self.first >> self.level << self.level;
+        self.seen = self.seen_from(first, self.seen);
+    }
+
+    /// The epochs seen, when those in `seen` are counted from the epoch `first`.
+    fn seen_from(&self, first: i32, seen: u32) -> u32 {
+        if self.level > RECENT_LEVEL { 0 } else { seen << (first - self.first) }
     }
 
     fn add(&mut self, other: &Self) {
         self.grow_to(other.level);
+        self.seen |= self.seen_from(other.first, other.seen);
         self.looked_through = self.looked_through.wrapping_add(other.looked_through);
         self.cells.add_all(&other.cells);
     }
@@ -356,6 +428,31 @@ mod tests {
         assert_eq!(counted(frames()), counted(frames().into_iter().rev()));
     }
 
+    /// Sessions of 20 epochs with an hour between them, and single looks at other times.
+    #[test]
+    fn the_order_of_sessions_does_not_matter() {
+        let session = |session: i32| (0..20).map(move |epoch| (session * 1440 + epoch, epoch as usize % 7));
+        let looks = (0..30).map(|look| (look * 773, 3));
+        let frames: Vec<_> = (0..12).flat_map(session).chain(looks).collect();
+        let in_order = |step: usize| {
+            let order = (0..frames.len()).map(|place| frames[place * step % frames.len()]);
+            counted(order.map(|(epoch, index)| (epoch, index, Finding::Surface)))
+        };
+        let by_time = in_order(1);
+        // Steps that have no divisor in common with the 270 frames.
+        for step in [7, 11, 101, 269] {
+            assert_eq!(in_order(step), by_time, "every {step}th frame");
+        }
+        let part = |rest: usize| {
+            let part = frames.iter().enumerate().filter(|(place, _)| place % 3 == rest);
+            counted(part.map(|(_, &(epoch, index))| (epoch, index, Finding::Surface)))
+        };
+        let mut merged = part(2);
+        merged.merge(&part(0));
+        merged.merge(&part(1));
+        assert_eq!(merged, by_time);
+    }
+
     /// Regression, found by `saved_cloud`: a reading of the second epoch came into a period of sixteen
     /// epochs, beside the first epoch, which is a part of that period.
     #[cfg(feature = "state")]
@@ -365,18 +462,35 @@ mod tests {
             let kept = counted(frames().into_iter().take(count));
             assert_eq!(Epochs::restored(kept.periods.clone()), Some(kept));
         }
-        let periods = |level| vec![Period::new(0, level), Period::new(33, 0)];
-        assert!(Epochs::restored(periods(4)).is_some());
-        assert_eq!(Epochs::restored(periods(0)), None);
+        let mut kept = counted((0..17).map(|epoch| (epoch, 0, Finding::Surface)));
+        assert_eq!(kept.periods[0].level, 3);
+        kept.periods[0].level = 0;
+        kept.periods[0].seen = 1;
+        assert_eq!(Epochs::restored(kept.periods), None);
     }
 
     #[cfg(feature = "state")]
     #[test]
     fn periods_longer_than_any_that_is_made_are_not_restored() {
         for level in [MAX_LEVEL + 1, 63, 64, u32::MAX] {
-            let endless = Period { level, ..Period::new(0, 0) };
+            let endless = Period { level, seen: 0, ..Period::of_epoch(0) };
             assert_eq!(Epochs::restored(vec![endless.clone()]), None);
-            assert_eq!(Epochs::restored(vec![Period::new(-9, 0), endless]), None);
+            assert_eq!(Epochs::restored(vec![Period::of_epoch(-9), endless]), None);
+        }
+    }
+
+    #[cfg(feature = "state")]
+    #[test]
+    fn periods_seen_in_none_of_their_epochs_are_not_restored() {
+        for (level, seen, is_right) in
+            [(0, 1, true), (0, 0, false), (0, 2, false), (5, 1 << 31, true), (5, 0, false)]
+        {
+            let period = Period { level, seen, ..Period::of_epoch(0) };
+            assert_eq!(Epochs::restored(vec![period]).is_some(), is_right, "level {level}, seen {seen:b}");
+        }
+        for (seen, is_right) in [(0, true), (1, false)] {
+            let period = Period { level: 6, seen, ..Period::of_epoch(0) };
+            assert_eq!(Epochs::restored(vec![period]).is_some(), is_right, "seen {seen:b}");
         }
     }
 
@@ -458,11 +572,14 @@ mod tests {
 
     #[test]
     fn a_year_takes_few_periods() {
-        let mut epochs = Epochs::default();
-        for epoch in (0..365 * 24 * 1440).step_by(100) {
-            epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+        for step in [100, 1440, 24 * 1440] {
+            let mut epochs = Epochs::default();
+            for epoch in (0..365 * 24 * 1440).step_by(step) {
+                epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+            }
+            let most = 40 + RECENT as usize;
+            assert!(epochs.periods.len() <= most, "{} periods, one in {step} epochs", epochs.periods.len());
         }
-        assert!(epochs.periods.len() <= 40, "{} periods", epochs.periods.len());
     }
 
     #[test]

@@ -176,6 +176,63 @@ mod tests {
         }
     }
 
+    /// The opinion of a cell that for some epochs was free, then occupied, or the reverse; before an absence,
+    /// and after its end, when a frame has seen another cell of the block.
+    fn before_and_after_absence(
+        start: i32,
+        finding: [Finding; 2],
+        epochs: [i32; 2],
+        absence: i32,
+    ) -> [f32; 2] {
+        let mut history = Epochs::default();
+        let change = start + epochs[0];
+        for (range, finding) in [start..change, change..change + epochs[1]].into_iter().zip(finding) {
+            for epoch in range {
+                (0..5).for_each(|_| _ = history.period_mut(epoch).count(3, finding, Direction::Insert));
+            }
+        }
+        let presence =
+            |history: &Epochs| Opinion::of(history.of_cell(3).map(|(_, counts)| counts), 2.0).presence;
+        let before = presence(&history);
+        history.period_mut(change + epochs[1] + absence).count(5, Finding::Surface, Direction::Insert);
+        [before, presence(&history)]
+    }
+
+    /// Regression: an hour's absence joined the last minutes before it to one period, whose majority was what
+    /// had stood there for longer. A thing put down half a minute before was removed, and one taken away came
+    /// back.
+    #[test]
+    fn an_absence_leaves_what_was_last_seen() {
+        for absence in [20, 300, 1440, 14 * 1440] {
+            for start in (0..600).step_by(37) {
+                for [first, second] in [[120, 3], [120, 12], [1440, 12], [13, 5]] {
+                    let put_down = [Finding::LookedThrough, Finding::Surface];
+                    let [before, after] = before_and_after_absence(start, put_down, [first, second], absence);
+                    assert!(before > 0.0 && after > 0.0, "put down: {before}, {after}; {start} {absence}");
+                    let taken = [Finding::Surface, Finding::LookedThrough];
+                    let [before, after] = before_and_after_absence(start, taken, [first, second], absence);
+                    assert!(before < 0.0 && after < 0.0, "taken away: {before}, {after}; {start} {absence}");
+                }
+            }
+        }
+    }
+
+    /// Regression: after an absence, what was free for hours had the say of one epoch, and who stopped for a
+    /// second in a doorway became a part of the map.
+    #[test]
+    fn after_an_absence_one_epoch_does_not_outweigh_hours() {
+        for absence in [300, 1440, 14 * 1440] {
+            for start in (0..600).step_by(37) {
+                let end = start + 1440;
+                let mut frames: Vec<_> =
+                    (start..end).map(|epoch| (epoch, 5, Finding::LookedThrough)).collect();
+                frames.push((end + absence, 5, Finding::Surface));
+                let presence = opinion(&frames).presence;
+                assert!(presence < 0.0, "{presence} from epoch {start}, {absence} epochs");
+            }
+        }
+    }
+
     #[test]
     fn who_stays_is_a_mover_until_static_readings_have_the_newest_majority() {
         let mut frames = vec![(0, 70, Finding::Mover), (0, 5, Finding::Surface)];

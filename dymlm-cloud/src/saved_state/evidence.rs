@@ -41,6 +41,7 @@ pub(super) fn put_evidence(mut bytes: &[u8], key: BlockKey, evidence: &mut Evide
 fn put_period(period: &Period, bits: &mut BitWriter) {
     bits.put(period.first.cast_unsigned(), i32::BITS);
     bits.put(period.level, u8::BITS);
+    bits.put(period.seen, u32::BITS);
     bits.put(period.looked_through, u32::BITS);
     put_counts(&period.cells, bits);
 }
@@ -49,6 +50,7 @@ fn next_period(bits: &mut BitReader<'_>) -> Option<Period> {
     Some(Period {
         first: bits.next(i32::BITS)?.cast_signed(),
         level: bits.next(u8::BITS)?,
+        seen: bits.next(u32::BITS)?,
         looked_through: bits.next(u32::BITS).filter(|&frames| frames < MOST_FRAMES)?,
         cells: next_counts(bits)?,
     })
