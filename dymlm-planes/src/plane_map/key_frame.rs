@@ -21,6 +21,8 @@ use crate::patches::{Patch, VoxelLists};
 pub(super) struct KeyFrame {
     pub(super) timestamp: f64,
     pub(super) world_from_camera: Pose,
+    /// The first key frame of the look that it is part of.
+    pub(super) look: FrameId,
     /// Its shares of planes, without forgotten ones.
     pub(super) shares: Vec<Share>,
     /// The label image: for each site of the lattice the label of the share that it shows, or 0; coded, with
@@ -66,6 +68,7 @@ pub(super) struct Share {
 record!(KeyFrame {
     timestamp,
     world_from_camera,
+    look,
     shares,
     lattice,
     sites,
@@ -122,6 +125,7 @@ impl KeyFrame {
         let key_frame = Self {
             timestamp,
             world_from_camera: *world_from_camera,
+            look: FrameId::new(0),
             shares,
             lattice,
             sites,

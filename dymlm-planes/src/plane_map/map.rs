@@ -19,6 +19,7 @@ use super::config::PlaneMapConfig;
 use super::gap_record::{GapRecord, PlanePair, pair_of};
 use super::insertion::Insertion;
 use super::key_frame::{KeyFrame, Places};
+use super::looks::Look;
 use super::map_plane::{MapPlane, ShapeSettings};
 use super::placed_share::{PlacedShare, reach_of_planes};
 use super::report::PlaneReport;
@@ -62,6 +63,8 @@ pub struct PlaneMap {
     pub(super) planes: SharedMap<Birth, MapPlane>,
     index: PlaneIndex,
     pub(super) key_frames: FiledMap<FrameId, KeyFrame>,
+    /// The look of the last key frame.
+    look: Option<Look>,
     /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
     /// What the key frames saw between the present planes.
@@ -93,6 +96,7 @@ impl PlaneMap {
             planes: SharedMap::default(),
             index: PlaneIndex::default(),
             key_frames: FiledMap::default(),
+            look: None,
             merged: MergedIds::default(),
             gaps: GapRecord::default(),
             names: Names::default(),
@@ -116,12 +120,14 @@ impl PlaneMap {
         frame: &Frame,
         world_from_camera: &Pose,
     ) -> Result<PlaneReport, Error> {
-        let (key_frame, labels) = KeyFrame::new(detected, frame.timestamp(), world_from_camera);
+        let (mut key_frame, labels) = KeyFrame::new(detected, frame.timestamp(), world_from_camera);
         let placed = self.bring_to_world(&key_frame, &Places::of_labels(&labels))?;
         let seen = placed.iter().map(|share| share.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
         let steps = key_frame.steps(&labels, &self.criterion, &self.sensor);
         let pairings = self.associate(&placed, &steps);
+        key_frame.look = self.look_at(world_from_camera);
+        let look = key_frame.look;
         let mut insertion = self.fuse(placed, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
         let steps: Vec<PlanePair> = steps
@@ -134,7 +140,7 @@ impl PlaneMap {
         self.key_frames.update(insertion.key_frame, |key_frame| {
             (key_frame.gap_looks, key_frame.missed) = (gap_looks, missed.clone());
         });
-        self.count_missed(&missed);
+        self.count_missed(&missed, look);
         self.merge(&mut insertion, &region);
         self.confirm(insertion.associations.iter().copied().chain(missed));
         Ok(insertion.report(&self.names))
@@ -279,6 +285,13 @@ impl PlaneMap {
         key_frame.shares.iter().map(place).collect()
     }
 
+    /// The look of the next key frame, given by its first: the last look, unless the camera has moved.
+    fn look_at(&mut self, world_from_camera: &Pose) -> FrameId {
+        let last = self.look.filter(|look| look.includes(world_from_camera));
+        let next = || Look::begun_by(FrameId::new(self.next_key_frame), world_from_camera);
+        self.look.insert(last.unwrap_or_else(next)).first
+    }
+
     fn fuse(
         &mut self,
         placed: Vec<PlacedShare>,
@@ -311,7 +324,7 @@ impl PlaneMap {
         insertion.updated.dedup();
         for birth in insertion.touched() {
             if let Some(plane) = self.planes.get_mut(&birth) {
-                plane.sightings.add(insertion.key_frame, key_frame.timestamp);
+                plane.sightings.add(insertion.key_frame, &key_frame);
                 plane.refit();
             }
         }

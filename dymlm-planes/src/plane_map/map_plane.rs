@@ -4,6 +4,8 @@ use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{Birth, FrameId, Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
+use super::key_frame::KeyFrame;
+use super::looks::Looks;
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, CellPicture, FilledCells, trace_boundary};
 use crate::linear_algebra::{Symmetric3, foot_on};
@@ -49,6 +51,7 @@ pub(super) struct Sightings {
     pub(super) count: u32,
     /// Number of later key frames that looked at its centroid and did not see it.
     pub(super) missed: u32,
+    pub(super) looks: Looks,
     /// The first key frame that saw it.
     pub(super) first: FrameId,
     /// Times of the earliest and the latest key frame that saw it, seconds.
@@ -58,7 +61,7 @@ pub(super) struct Sightings {
 impl Default for Sightings {
     fn default() -> Self {
         let (first, times) = (FrameId::new(u64::MAX), [f64::INFINITY, f64::NEG_INFINITY]);
-        Self { count: 0, missed: 0, first, times }
+        Self { count: 0, missed: 0, looks: Looks::default(), first, times }
     }
 }
 
@@ -66,22 +69,32 @@ impl Sightings {
     /// Whether the numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
-        self.count.max(self.missed) < 1 << 30 && self.times.iter().all(|time| !time.is_nan())
+        self.count.max(self.missed) < 1 << 30
+            && self.looks.is_possible()
+            && self.times.iter().all(|time| !time.is_nan())
     }
 
-    pub(super) fn add(&mut self, key_frame: FrameId, timestamp: f64) {
+    pub(super) fn add(&mut self, id: FrameId, key_frame: &KeyFrame) {
+        let timestamp = key_frame.timestamp;
+        self.looks.count(key_frame.look, true);
         self.count += 1;
-        self.first = self.first.min(key_frame);
+        self.first = self.first.min(id);
         self.times = [self.times[0].min(timestamp), self.times[1].max(timestamp)];
+    }
+
+    pub(super) fn miss(&mut self, look: FrameId) {
+        self.looks.count(look, false);
+        self.missed += 1;
     }
 
     /// The counts for the merger of two planes; `both_saw` key frames saw both of them, and `both_looked` saw
     /// or looked at both.
-    pub(super) fn united(&self, other: &Self, both_saw: u32, both_looked: u32) -> Self {
+    pub(super) fn united(&self, other: &Self, both_saw: u32, both_looked: u32, looks: Looks) -> Self {
         let count = (self.count + other.count).saturating_sub(both_saw);
         let looked = (self.count + self.missed + other.count + other.missed).saturating_sub(both_looked);
         let times = [self.times[0].min(other.times[0]), self.times[1].max(other.times[1])];
-        Self { count, missed: looked.saturating_sub(count), first: self.first.min(other.first), times }
+        let (missed, first) = (looked.saturating_sub(count), self.first.min(other.first));
+        Self { count, missed, looks, first, times }
     }
 }
 

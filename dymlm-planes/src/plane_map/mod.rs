@@ -7,6 +7,7 @@ mod gap_record;
 mod insertion;
 mod key_frame;
 mod label_code;
+mod looks;
 mod map;
 mod map_plane;
 mod placed_share;

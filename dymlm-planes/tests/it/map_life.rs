@@ -94,11 +94,32 @@ fn key_frames_of_the_next_room_do_not_look_at_what_its_wall_hides() {
         insert(&mut map, &next_room);
     }
     assert!(map.plane(far).unwrap().is_confirmed());
-    // What is looked at and not found counts, though.
-    for _ in 0..120 {
-        map.insert(&[], &inside.1, &inside.2).unwrap();
+    // What is looked at and not found counts, though: from many places, however long it was seen from one.
+    for place in 0..8 {
+        let eye = [if place % 2 == 0 { -0.2 } else { 0.2 }, 1.6, 1.0];
+        let (_, frame, pose) = detect(&walls, crate::common::look_at(eye, [0.0, 2.6, 1.0]), 1);
+        for _ in 0..20 {
+            map.insert(&[], &frame, &pose).unwrap();
+        }
     }
     assert!(!map.plane(far).unwrap().is_confirmed());
+}
+
+/// Regression: key frames that looked without seeing a plane counted one by one. A robot that rested for two
+/// minutes where a table is seen too flatly to be found lost the table, and needed hours to find it again.
+#[test]
+fn a_camera_at_rest_doubts_no_plane_for_longer_than_it_looks_elsewhere() {
+    let frames = detections();
+    let mut map = map_of(&frames);
+    let confirmed = map.len();
+    assert!(confirmed >= 3, "{confirmed}");
+    let (_, frame, pose) = &frames[0];
+    let seen = |map: &PlaneMap| map.iter().map(MapPlane::observations).min().unwrap();
+    assert!(seen(&map) >= 4, "{}", seen(&map));
+    for _ in 0..5 * 120 {
+        map.insert(&[], frame, pose).unwrap();
+    }
+    assert_eq!(map.len(), confirmed);
 }
 
 #[test]

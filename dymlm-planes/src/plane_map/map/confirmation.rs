@@ -1,5 +1,5 @@
 use dymlm_core::vector3::{difference, dot, norm};
-use dymlm_core::{Birth, DepthView, Pose, Visibility};
+use dymlm_core::{Birth, DepthView, FrameId, Pose, Visibility};
 
 use super::super::insertion::Insertion;
 use super::super::map_plane::{MapPlane, Sightings};
@@ -86,10 +86,10 @@ impl PlaneMap {
             && dot(ray, plane.plane.normal()) < 0.0
     }
 
-    pub(super) fn count_missed(&mut self, missed: &[Birth]) {
+    pub(super) fn count_missed(&mut self, missed: &[Birth], look: FrameId) {
         for birth in missed {
             if let Some(plane) = self.planes.get_mut(birth) {
-                plane.sightings.missed += 1;
+                plane.sightings.miss(look);
             }
         }
     }
@@ -98,12 +98,10 @@ impl PlaneMap {
     pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = Birth>) {
         for birth in planes {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
-            let Sightings { count, missed, .. } = plane.sightings;
-            let looked = f64::from(count) + f64::from(missed);
+            let Sightings { count, missed, looks, .. } = plane.sightings;
             let least = self.config.min_observations.saturating_add(u32::from(missed > 0));
-            plane.is_confirmed = !plane.is_gone
-                && count >= least
-                && f64::from(count) >= self.config.min_observation_share * looked;
+            plane.is_confirmed =
+                !plane.is_gone && count >= least && looks.share() >= self.config.min_observation_share;
         }
     }
 
@@ -113,10 +111,10 @@ impl PlaneMap {
         for (number, key_frame) in self.key_frames.iter() {
             let [saw, looked] = key_frame.looks_at(birth, |birth| self.resolve(birth));
             if saw {
-                sightings.add(number, key_frame.timestamp);
+                sightings.add(number, &key_frame);
             } else if looked && sightings.count > 0 {
                 // Key frames before the first that saw it do not count: it may not have been there yet.
-                sightings.missed += 1;
+                sightings.miss(key_frame.look);
             }
         }
         sightings

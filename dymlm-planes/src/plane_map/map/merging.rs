@@ -6,6 +6,7 @@ use super::super::gap::{Gap, GapLook};
 use super::super::gap_record::{GapLooks, GapRecord, PlanePair, pair_of, resolve_looks};
 use super::super::insertion::{Insertion, Union};
 use super::super::key_frame::{KeyFrame, Merge};
+use super::super::looks::Looks;
 use super::super::map_plane::MapPlane;
 use super::PlaneMap;
 use crate::association::Agreement;
@@ -163,9 +164,19 @@ impl PlaneMap {
 
     /// The key frames since both planes have been seen, which may know of both.
     fn key_frames_since(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, Arc<KeyFrame>)> {
-        let first = [a, b].map(|birth| self.planes.get(&birth).map(|plane| plane.sightings.first));
-        let first = first.into_iter().flatten().max().unwrap_or(FrameId::new(0));
-        self.key_frames.range(first..)
+        let first = [a, b].map(|birth| self.first_saw(birth)).into_iter().max().unwrap_or(FrameId::new(0));
+        let look = self.key_frames.get(first).map_or(first, |key_frame| key_frame.look);
+        self.key_frames.range(look..)
+    }
+
+    /// That of two planes which was seen first.
+    fn older_of(&self, a: Birth, b: Birth) -> Birth {
+        if self.first_saw(a) <= self.first_saw(b) { a } else { b }
+    }
+
+    /// The first key frame that saw a plane.
+    fn first_saw(&self, birth: Birth) -> FrameId {
+        self.planes.get(&birth).map_or(FrameId::new(0), |plane| plane.sightings.first)
     }
 
     /// Collects anew what all key frames saw between planes, by the planes that these have become. Used when
@@ -186,15 +197,27 @@ impl PlaneMap {
         let resolve_then =
             |birth: Birth| if self.resolve(birth) == from { into } else { self.resolve(birth) };
         let (mut both_saw, mut both_looked) = (0, 0);
+        let (older, mut of_older, mut of_both) =
+            (self.older_of(from, into), Looks::default(), Looks::default());
         for (_, key_frame) in self.key_frames_since(from, into) {
             let [a, b] = [from, into].map(|birth| key_frame.looks_at(birth, resolve_now));
             both_saw += u32::from(a[0] && b[0]);
             both_looked += u32::from(a[1] && b[1]);
+            let older = if older == from { a } else { b };
+            for (looks, [saw, looked]) in
+                [(&mut of_older, older), (&mut of_both, [a[0] || b[0], a[1] || b[1]])]
+            {
+                if looked {
+                    looks.count(key_frame.look, saw);
+                }
+            }
         }
+        let looks = self.planes.get(&older).map_or(Looks::default(), |plane| plane.sightings.looks);
+        let looks = Looks::united([looks, of_older], of_both);
         let of_from = |key_frame: &Arc<KeyFrame>| {
             key_frame.gap_looks.iter().any(|(pair, _)| pair.iter().any(|&birth| resolve_now(birth) == from))
         };
-        let first = self.planes.get(&from).map_or(FrameId::new(0), |plane| plane.sightings.first);
+        let first = self.first_saw(from);
         for key_frame in self.key_frames.range(first..).map(|(_, key_frame)| key_frame).filter(of_from) {
             gaps.subtract(&resolve_looks(&key_frame.gap_looks, resolve_now));
             gaps.add(&resolve_looks(&key_frame.gap_looks, resolve_then));
@@ -207,7 +230,7 @@ impl PlaneMap {
         gone.patch.blocks().for_each(|block| self.index.take(block, from));
         plane.moments.add(&gone.moments);
         plane.patch.add(&gone.patch, |block| self.index.add(block, into));
-        plane.sightings = plane.sightings.united(&gone.sightings, both_saw, both_looked);
+        plane.sightings = plane.sightings.united(&gone.sightings, both_saw, both_looked, looks);
         plane.refit();
     }
 }

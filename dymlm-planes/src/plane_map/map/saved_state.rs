@@ -11,6 +11,7 @@ use super::{GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
 use crate::error::Error;
 use crate::patches::{BlockKey, SavedBlock, VoxelBox};
 use crate::plane_map::fixed_moments::{FixedMoments, REACH};
+use crate::plane_map::looks::Look;
 use crate::plane_map::map_plane::{ShapeSettings, Sightings};
 use crate::shared_map::SharedMap;
 
@@ -27,6 +28,7 @@ struct Head {
     planes: Vec<Birth>,
     /// Ids of the key frames as runs: the first id and the number of consecutive ones.
     key_frames: Vec<(u64, u64)>,
+    look: Option<Look>,
     merged: MergedIds<Birth>,
     gaps: GapRecord,
     names: Names<PlaneId>,
@@ -124,6 +126,7 @@ impl PlaneMap {
         Head {
             planes: self.planes.keys().copied().collect(),
             key_frames,
+            look: self.look,
             merged: self.merged.clone(),
             gaps: self.gaps.clone(),
             names: self.names.clone(),
@@ -194,7 +197,7 @@ impl PlaneMap {
         self.index.restore_bounds(head.bounds);
         (self.merged, self.gaps) = (head.merged, head.gaps);
         (self.names, self.merged_ids) = (head.names, head.merged_ids);
-        self.next_key_frame = head.next_key_frame;
+        (self.next_key_frame, self.look) = (head.next_key_frame, head.look);
         Ok(self)
     }
 

@@ -1,0 +1,138 @@
+use dymlm_core::{FrameId, Pose};
+
+/// Key frames of a look after which it has its full say. A lower value lets a few frames without a plane outvote
+/// the look in which it was found, a higher one lets a robot at rest outvote its way through the room
+/// (`a_camera_at_rest_doubts_no_plane_for_longer_than_it_looks_elsewhere`).
+const ENOUGH: u64 = 20;
+/// The say of a key frame that counts fully.
+const UNIT: u64 = 1024;
+/// Where another look begins, metres and radians from where the last one began: at 1 m from a plane both change
+/// the angle under which it is seen by 15 degrees, about as much as decides whether it is found.
+const LOOK_TRANSLATION: f64 = 0.25;
+const LOOK_ROTATION: f64 = 0.26;
+
+/// Where the camera was when the look that goes on began.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Look {
+    /// Its first key frame.
+    pub(super) first: FrameId,
+    world_from_camera: Pose,
+}
+
+/// In how many of the key frames that looked at a plane it was seen, look by look.
+///
+/// A look is what the camera sees from about one pose: what is found or missed there once is found or missed
+/// there again. So the key frames of a look beyond the first [`ENOUGH`] say how often the plane is seen from
+/// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too flatly to
+/// be found, would outvote in two minutes all that it has seen of it on its way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Looks {
+    /// Of the looks before the last, in [units](UNIT).
+    earlier: Tally,
+    /// Of the last look, in key frames.
+    last: Tally,
+    /// The first key frame of that look, whether or not it looked at the plane.
+    first: FrameId,
+}
+
+/// Key frames that looked at a plane, and those that saw it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
+struct Tally {
+    looked: u64,
+    saw: u64,
+}
+
+impl Look {
+    pub(super) fn begun_by(first: FrameId, world_from_camera: &Pose) -> Self {
+        Self { first, world_from_camera: *world_from_camera }
+    }
+
+    /// Whether a key frame at a pose belongs to it.
+    pub(super) fn includes(&self, world_from_camera: &Pose) -> bool {
+        self.world_from_camera.distance(world_from_camera) < LOOK_TRANSLATION
+            && self.world_from_camera.angle(world_from_camera) < LOOK_ROTATION
+    }
+}
+
+impl Default for Looks {
+    fn default() -> Self {
+        Self { earlier: Tally::default(), last: Tally::default(), first: FrameId::new(u64::MAX) }
+    }
+}
+
+impl Looks {
+    /// Whether the numbers are plausible; a damaged file may hold others.
+    #[cfg(feature = "state")]
+    pub(super) fn is_possible(&self) -> bool {
+        let is_tally = |tally: &Tally| tally.saw <= tally.looked && tally.looked < 1 << 50;
+        is_tally(&self.earlier) && is_tally(&self.last)
+    }
+
+    /// Counts a key frame that looked at the plane, of the look that began with `look`. Those of one look follow
+    /// each other.
+    pub(super) fn count(&mut self, look: FrameId, saw: bool) {
+        if look != self.first {
+            *self = Self { earlier: self.total(), last: Tally::default(), first: look };
+        }
+        self.last.looked += 1;
+        self.last.saw += u64::from(saw);
+    }
+
+    /// The share of the looks that saw the plane; 1 before any.
+    pub(super) fn share(&self) -> f64 {
+        let Tally { looked, saw } = self.total();
+        if looked == 0 { 1.0 } else { saw as f64 / looked as f64 }
+    }
+
+    /// The looks of two planes that become one. Of these, `since` are what the looks at the two together have
+    /// been since one that the older plane has had before the younger one was there, and `older` those at the
+    /// older plane alone.
+    pub(super) fn united(older: [Self; 2], since: Self) -> Self {
+        let [all, later] = older.map(|looks| looks.total());
+        let earlier = Tally {
+            looked: all.looked.saturating_sub(later.looked) + since.earlier.looked,
+            saw: all.saw.saturating_sub(later.saw) + since.earlier.saw,
+        };
+        Self { earlier, ..since }
+    }
+
+    fn total(&self) -> Tally {
+        let Tally { looked, saw } = self.last;
+        // Divided last and rounded down, so that the sums do not depend on what else is summed.
+        let enough = looked.min(ENOUGH) * UNIT;
+        let saw = (enough * saw).checked_div(looked).unwrap_or(0);
+        Tally { looked: self.earlier.looked + enough, saw: self.earlier.saw + saw }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn looks(tallies: &[(u64, u64)]) -> Looks {
+        let mut looks = Looks::default();
+        for (look, &(looked, saw)) in tallies.iter().enumerate() {
+            (0..looked).for_each(|frame| looks.count(FrameId::new(look as u64), frame < saw));
+        }
+        looks
+    }
+
+    #[test]
+    fn the_key_frames_of_one_look_say_what_twenty_say() {
+        assert_eq!(looks(&[(18_000, 4500)]).share(), 0.25);
+        assert_eq!(looks(&[(20, 20), (18_000, 0)]).share(), 0.5);
+        assert_eq!(looks(&[(5, 5), (18_000, 0)]).share(), 0.2);
+        assert_eq!(looks(&[(18_000, 18_000), (20, 0), (20, 0), (20, 0)]).share(), 0.25);
+        assert_eq!(looks(&[]).share(), 1.0);
+    }
+
+    #[test]
+    fn looks_of_merged_planes_are_those_at_both() {
+        let (older, since) = (looks(&[(7, 7), (30, 10), (4, 0)]), looks(&[(0, 0), (30, 30), (9, 0)]));
+        let later = looks(&[(0, 0), (30, 10), (4, 0)]);
+        assert_eq!(Looks::united([older, later], since), looks(&[(7, 7), (30, 30), (9, 0)]));
+    }
+}
