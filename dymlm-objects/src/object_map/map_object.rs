@@ -5,7 +5,7 @@ use dymlm_core::{Birth, ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use super::{
-    BoxMotion, CentroidCloud, CloudPatch, DetectedShare, KeyView, KeyViews, LabelEvidence, ObjectCloud,
+    BoxMotion, CentroidCloud, CloudPatch, DetectedShare, FULL, KeyView, KeyViews, LabelEvidence, ObjectCloud,
     ObjectSighting, SeenApart, SightedPoints, Sightings, ViewWeight,
 };
 use crate::association::{JointBox, sample_places};
@@ -306,7 +306,8 @@ impl MapObject {
         Arc::make_mut(&mut self.cloud).add(&patch, limits.max_voxels);
         self.centroids.add(observation.centroid);
         self.flat_observations += u32::from(observation.relief == Relief::Flat);
-        self.evidence.add(&observation.label, f64::from(observation.score));
+        let share_of_view = f64::from(weight) / f64::from(FULL);
+        self.evidence.add(&observation.label, share_of_view * f64::from(observation.score));
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
             self.label = best.to_owned();
         }

@@ -225,6 +225,26 @@ fn what_was_seen_from_one_place_for_long_grows() {
     assert!(found.len() == 1 && iou > 0.8, "{iou}: {found:?}");
 }
 
+/// Regression: each detection's score counted fully, and a robot that rested for a minute where the detector takes
+/// a sofa for a chair had to see it for as long from elsewhere.
+#[test]
+fn what_a_thing_is_called_from_one_place_for_long_does_not_outvote_the_way_around_it() {
+    let scene = cube();
+    let mut mapper = mapper();
+    let at_rest = around(0.0, 0);
+    let (frame, detections) = scene.detected(0.0, &at_rest, &[(0, "thing of no known size")]);
+    for step in 0..1200_u32 {
+        let frame = Frame::new(f64::from(step) / 30.0, scene.camera, frame.depth().clone(), None).unwrap();
+        mapper.insert(&ObjectView::new(&frame, &detections, &at_rest), &Walls(vec![])).unwrap();
+    }
+    for step in 0..180 {
+        let (time, pose) = (40.0 + 0.1 * step as f64, around(2.0 * step as f64, step));
+        show(&mut mapper, &scene, (time, pose), &[(0, "another thing")], &Walls(vec![]));
+    }
+    let labels: Vec<&str> = mapper.map().objects().map(MapObject::label).collect();
+    assert_eq!(labels, ["another thing"]);
+}
+
 /// A box on the floor as a camera sees it that is rolled, or that looks steeply down, or that is told what is
 /// up.
 #[test]
