@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::vector3::bounds;
 use dymlm_core::{Point, Pose};
@@ -36,7 +36,8 @@ impl CloudMap {
     /// is left.
     ///
     /// The map knows a moved voxel by its place, no longer by the frames that saw it: earlier frames that
-    /// read it cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)).
+    /// read it cannot be [removed](Self::remove) any more ([`NotInserted`](crate::Error::NotInserted)), nor can
+    /// those that looked through its new place.
     /// Voxels that would leave the lattice are dropped. O(voxels of the region's blocks).
     pub fn move_body(
         &mut self,
@@ -47,10 +48,16 @@ impl CloudMap {
         let mut motion = BodyMotion::default();
         let moved = self.take_body(region, new_from_old, is_body, &mut motion.from);
         self.forget_support(region, &moved);
+        // A cell of the evidence holds many voxels, and is as certain as the best of them.
+        let mut cells: BTreeMap<_, u32> = BTreeMap::new();
         for body in moved {
             motion.to.push(body.to.map(|c| c as f32));
-            self.put_voxel(&body);
+            if let Some(voxel) = self.put_voxel(&body) {
+                let support = cells.entry(self.evidence.cell_of(voxel)).or_default();
+                *support = body.support.max(*support);
+            }
         }
+        cells.into_iter().for_each(|(cell, support)| self.evidence.give_support(cell, support));
         motion
     }
 
@@ -123,18 +130,16 @@ impl CloudMap {
                 left.extend(block.iter().map(|(place, _)| self.evidence.cell_of(key.cell(place))));
             }
         }
-        for cell in moved.iter().map(|moved| moved.cell) {
-            if !left.contains(&self.evidence.cell_of(cell)) {
-                self.evidence.clear_support(cell);
-            }
-        }
+        let moved: BTreeSet<_> = moved.iter().map(|moved| self.evidence.cell_of(moved.cell)).collect();
+        moved.difference(&left).for_each(|&cell| self.evidence.clear_support(cell));
     }
 
-    fn put_voxel(&mut self, &Moved { to, ref voxel, support, .. }: &Moved) {
+    /// Puts a voxel where it has moved; returns its new place.
+    fn put_voxel(&mut self, &Moved { to, ref voxel, .. }: &Moved) -> Option<[i32; 3]> {
         let side = self.config.voxel_size / f64::from(SUBVOXELS);
         let limit = f64::from(BlockKey::LIMIT.min(i32::MAX / SUBVOXELS));
         if !to.iter().all(|c| (c / self.config.voxel_size).abs() < limit - 1.0) {
-            return;
+            return None;
         }
         let units = to.map(|c| (c / side).floor() as i64);
         let cell = units.map(|c| c.div_euclid(i64::from(SUBVOXELS)) as i32);
@@ -146,7 +151,7 @@ impl CloudMap {
             self.voxel_count += usize::from(block.make(place));
             block.merge(place, &voxel.placed(within));
         }
-        self.evidence.give_support(cell, support);
+        Some(cell)
     }
 
     /// Keys of the blocks whose voxels may lie in a box, in their order. O(blocks that fit in the box, or all

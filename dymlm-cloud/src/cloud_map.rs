@@ -176,7 +176,8 @@ impl CloudMap {
         Ok(report)
     }
 
-    /// Takes a frame out again, exactly: pose and masks must be those with which it was inserted.
+    /// Takes a frame out again: pose and masks must be those with which it was inserted. All sums and counts are
+    /// exactly those without it; what the evidence had joined to one period of time for it stays joined.
     ///
     /// # Errors
     ///

@@ -78,13 +78,15 @@ pub(crate) struct Period {
     /// The epochs in which the block was seen, the first in the lowest bit; 0 above [`RECENT_LEVEL`], where no
     /// rule asks.
     pub(crate) seen: u32,
+    /// The first and the last epoch in which it was seen.
+    pub(crate) ends: [i32; 2],
     /// Frames that look through the whole block, in addition to the counts of its cells.
     pub(crate) looked_through: u32,
     pub(crate) cells: CellCounts,
 }
 
 record!(Epochs { periods, read });
-record!(Period { first, level, seen, looked_through, cells });
+record!(Period { first, level, seen, ends, looked_through, cells });
 
 impl Epochs {
     /// The periods by time, the newest last.
@@ -204,6 +206,7 @@ impl Epochs {
         for period in &mut self.periods {
             period.cells.clear(index, Finding::Surface);
         }
+        self.pack_older();
     }
 
     /// Replaces a cell's history by `support` surface readings in the newest period.
@@ -212,7 +215,7 @@ impl Epochs {
         for period in &mut self.periods {
             // The looks that all cells have in common become each cell's own, so that one cell can lose them.
             let common = std::mem::take(&mut period.looked_through);
-            for other in 0..BLOCK_CELLS {
+            for other in (0..BLOCK_CELLS).filter(|_| common > 0) {
                 period.cells.add(other, Finding::LookedThrough, common);
             }
             for finding in [Finding::Surface, Finding::LookedThrough, Finding::Mover] {
@@ -222,6 +225,7 @@ impl Epochs {
         if let Some(period) = self.periods.last_mut() {
             period.cells.add(index, Finding::Surface, support);
         }
+        self.pack_older();
     }
 
     /// Bytes that the counts own and do not share with others.
@@ -256,6 +260,11 @@ impl Epochs {
     /// Joins the periods that have become one since an epoch was added.
     fn coarsen(&mut self) {
         self.join(|period, later| level_of(period.first, later).max(period.level));
+        self.pack_older();
+    }
+
+    /// Packs the counts of all periods but the newest.
+    fn pack_older(&mut self) {
         let older = self.periods.len().saturating_sub(1);
         self.periods.iter_mut().take(older).for_each(|period| period.cells.pack());
     }
@@ -306,12 +315,13 @@ fn is_seen_after(epoch: i64, least: u32, periods: &[Period]) -> bool {
 
 impl Period {
     fn of_epoch(epoch: i32) -> Self {
-        Self { first: epoch, level: 0, seen: 1, looked_through: 0, cells: CellCounts::None }
+        Self { first: epoch, level: 0, seen: 1, ends: [epoch; 2], looked_through: 0, cells: CellCounts::None }
     }
 
-    /// When it begins and ends, seconds.
+    /// From when to when the block was seen in it, seconds, in whole epochs.
     pub(crate) fn span(&self) -> [f64; 2] {
-        [f64::from(self.first) * EPOCH, (self.end() + 1) as f64 * EPOCH]
+        let [first, last] = self.ends.map(f64::from);
+        [first * EPOCH, (last + 1.0) * EPOCH]
     }
 
     fn end(&self) -> i64 {
@@ -324,6 +334,7 @@ impl Period {
 
     /// Notes that the block was seen in one of the period's epochs; returns whether that is known to be new.
     fn note_seen(&mut self, epoch: i32) -> bool {
+        self.ends = [self.ends[0].min(epoch), self.ends[1].max(epoch)];
         if self.level > RECENT_LEVEL {
             return false;
         }
@@ -335,6 +346,9 @@ impl Period {
     /// Whether the block was seen in an epoch, and in none beyond the period.
     #[cfg(feature = "state")]
     fn is_seen_within(&self) -> bool {
+        if self.ends[0] > self.ends[1] || !self.ends.iter().all(|&epoch| self.contains(epoch)) {
+            return false;
+        }
         match self.level {
             level if level > RECENT_LEVEL => self.seen == 0,
             RECENT_LEVEL => self.seen != 0,
@@ -357,6 +371,7 @@ impl Period {
     fn add(&mut self, other: &Self) {
         self.grow_to(other.level);
         self.seen |= self.seen_from(other.first, other.seen);
+        self.ends = [self.ends[0].min(other.ends[0]), self.ends[1].max(other.ends[1])];
         self.looked_through = self.looked_through.wrapping_add(other.looked_through);
         self.cells.add_all(&other.cells);
     }
@@ -568,6 +583,24 @@ mod tests {
         let spans: Vec<[f64; 2]> = epochs.of_cell(0).map(|(period, _)| period.span()).collect();
         assert!(spans.windows(2).all(|pair| pair[1][1] == pair[0][0]), "no gap, no overlap");
         assert_eq!(spans[0], [11_519.0 * EPOCH, 11_520.0 * EPOCH]);
+    }
+
+    /// Regression: periods that were joined reached back to the round number at which they would begin, hours
+    /// before the first frame, and until after the last one before a pause.
+    #[test]
+    fn no_period_is_longer_than_what_was_seen() {
+        for start in [0, 1, 100, 739_313] {
+            let mut epochs = Epochs::default();
+            let seen = (start..start + 700).chain(start + 5000..start + 5100);
+            for epoch in seen.clone() {
+                epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);
+            }
+            let spans: Vec<[f64; 2]> = epochs.of_cell(0).map(|(period, _)| period.span()).collect();
+            let is_end =
+                |time: f64, shift: i32| seen.clone().any(|epoch| f64::from(epoch + shift) * EPOCH == time);
+            assert!(spans.iter().all(|&[from, to]| is_end(from, 0) && is_end(to, 1)), "{spans:?}");
+            assert_eq!(spans.last().unwrap()[0], f64::from(start) * EPOCH);
+        }
     }
 
     #[test]

@@ -275,9 +275,8 @@ impl Evidence {
         block.is_none_or(|block| block.opinion(index, looks_per_reading).presence < 0.0)
     }
 
-    /// Removes the surface readings of the cell of a voxel: what was read there is gone.
-    pub(crate) fn clear_support(&mut self, voxel: [i32; 3]) {
-        let (block, index) = self.cell_of(voxel);
+    /// Removes the surface readings of a cell, given by its block and its index there: what was read there is gone.
+    pub(crate) fn clear_support(&mut self, (block, index): ([i32; 3], usize)) {
         let slot = self.blocks.slot(BlockKey::new(block));
         if let Some(block) = slot.and_then(|slot| self.blocks.block_mut(slot)) {
             block.epochs.clear_support(index);
@@ -288,9 +287,8 @@ impl Evidence {
         }
     }
 
-    /// Forgets what speaks against the cell of a voxel, and gives it `support` surface readings.
-    pub(crate) fn give_support(&mut self, voxel: [i32; 3], support: u32) {
-        let (block, index) = self.cell_of(voxel);
+    /// Forgets what speaks against a cell, and gives it `support` surface readings.
+    pub(crate) fn give_support(&mut self, (block, index): ([i32; 3], usize), support: u32) {
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
         let epoch = self.epoch;
         if let Some(block) = self.blocks.block_mut(slot) {

@@ -6,7 +6,8 @@ use crate::support::Support;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PlaceHistory {
-    /// The oldest first; no period covers a time in which the place was not seen.
+    /// The oldest first. The block of 8^3 cells around the place was seen when a period begins and when it ends;
+    /// a long period may hold pauses.
     pub periods: Vec<PlacePeriod>,
 }
 

@@ -42,6 +42,7 @@ fn put_period(period: &Period, bits: &mut BitWriter) {
     bits.put(period.first.cast_unsigned(), i32::BITS);
     bits.put(period.level, u8::BITS);
     bits.put(period.seen, u32::BITS);
+    period.ends.iter().for_each(|end| bits.put(end.cast_unsigned(), i32::BITS));
     bits.put(period.looked_through, u32::BITS);
     put_counts(&period.cells, bits);
 }
@@ -51,6 +52,7 @@ fn next_period(bits: &mut BitReader<'_>) -> Option<Period> {
         first: bits.next(i32::BITS)?.cast_signed(),
         level: bits.next(u8::BITS)?,
         seen: bits.next(u32::BITS)?,
+        ends: [bits.next(i32::BITS)?.cast_signed(), bits.next(i32::BITS)?.cast_signed()],
         looked_through: bits.next(u32::BITS).filter(|&frames| frames < MOST_FRAMES)?,
         cells: next_counts(bits)?,
     })
