@@ -57,7 +57,9 @@ impl CloudMap {
                 *support = body.support.max(*support);
             }
         }
-        cells.into_iter().for_each(|(cell, support)| self.evidence.give_support(cell, support));
+        for (cell, support) in cells {
+            self.evidence.give_support(cell, support);
+        }
         motion
     }
 

@@ -1,3 +1,21 @@
+#[cfg(feature = "parallel")]
+thread_local! {
+    /// How many computations this thread must do alone.
+    static ALONE: std::cell::Cell<u32> = const { std::cell::Cell::new(0) };
+}
+
+/// From now on this thread works alone, until [`end_alone`].
+pub(crate) fn begin_alone() {
+    #[cfg(feature = "parallel")]
+    ALONE.set(ALONE.get() + 1);
+}
+
+/// Ends what [`begin_alone`] has begun.
+pub(crate) fn end_alone() {
+    #[cfg(feature = "parallel")]
+    ALONE.set(ALONE.get().saturating_sub(1));
+}
+
 /// Applies `work` to each task and returns the results in order, on rayon's threads (feature `parallel`).
 pub(crate) fn map<T: Send, R: Send>(tasks: Vec<T>, work: impl Fn(T) -> R + Send + Sync) -> Vec<R> {
     map_with(tasks, || (), |(), task| work(task))
@@ -11,6 +29,9 @@ pub(crate) fn map_with<S, T: Send, R: Send>(
     work: impl Fn(&mut S, T) -> R + Send + Sync,
 ) -> Vec<R> {
     use rayon::prelude::*;
+    if ALONE.get() > 0 {
+        return map_in_turn(tasks, scratch(), work);
+    }
     tasks.into_par_iter().map_init(scratch, work).collect()
 }
 
@@ -21,7 +42,10 @@ pub(crate) fn map_with<S, T, R>(
     scratch: impl Fn() -> S,
     work: impl Fn(&mut S, T) -> R,
 ) -> Vec<R> {
-    let mut scratch = scratch();
+    map_in_turn(tasks, scratch(), work)
+}
+
+fn map_in_turn<S, T, R>(tasks: Vec<T>, mut scratch: S, work: impl Fn(&mut S, T) -> R) -> Vec<R> {
     tasks.into_iter().map(|task| work(&mut scratch, task)).collect()
 }
 

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use crate::block_store::Retained;
 use crate::paging::PageOut;
+use crate::parallel;
 use crate::static_cloud::StaticCloud;
 use crate::verdict::VerdictGrid;
 
@@ -26,15 +27,22 @@ pub(crate) struct SharedKept {
 thread_local! {
     /// How many caches this thread holds.
     static HOLDS: Cell<u32> = const { Cell::new(0) };
+    /// How many waits this thread is in: whoever helps others while it waits may be given a task that waits as well.
+    static WAITS: Cell<u32> = const { Cell::new(0) };
 }
+
+/// Waits within each other beyond which a thread does not wait for a cache: each is on its stack, with all that the
+/// task above does, and pools of rayon's have stacks of 2 MB.
+const MOST_WAITS: u32 = 16;
 
 /// The cache of a map while it is brought up to date and read.
 ///
 /// With the feature `parallel` the work is done on rayon's threads, while the cache is locked. A thread of the pool
 /// that merely waited for the lock would not do that work, and if all of them did, nobody would; and a thread that
 /// waits for its own part of the work may be given another task of the caller, which queries the same map. So
-/// threads of the pool help others while they wait, and a thread that holds a cache already waits for none: it
-/// works out what it asks for anew, for itself.
+/// threads of the pool help others while they wait, and a thread that holds a cache already, or that waits too often
+/// at once, waits for none: it works out what it asks for anew, for itself and alone, so that it is given no further
+/// task.
 pub(crate) struct Held<'a>(Holding<'a>);
 
 enum Holding<'a> {
@@ -50,6 +58,7 @@ impl<'a> Held<'a> {
 
     fn alone() -> Self {
         HOLDS.set(HOLDS.get() + 1);
+        parallel::begin_alone();
         Self(Holding::Alone(Box::default()))
     }
 }
@@ -77,6 +86,9 @@ impl DerefMut for Held<'_> {
 impl Drop for Held<'_> {
     fn drop(&mut self) {
         HOLDS.set(HOLDS.get().saturating_sub(1));
+        if let Holding::Alone(_) = self.0 {
+            parallel::end_alone();
+        }
     }
 }
 
@@ -207,9 +219,14 @@ impl SharedKept {
             match self.kept.try_lock() {
                 Ok(kept) => return Held::locked(kept),
                 Err(TryLockError::Poisoned(poisoned)) => return Held::locked(self.renewed(poisoned)),
-                Err(TryLockError::WouldBlock) if HOLDS.get() > 0 => return Held::alone(),
+                Err(TryLockError::WouldBlock) if HOLDS.get() > 0 || WAITS.get() >= MOST_WAITS => {
+                    return Held::alone();
+                }
                 Err(TryLockError::WouldBlock) => {
-                    if !crate::parallel::helps_others() {
+                    WAITS.set(WAITS.get() + 1);
+                    let has_helped = parallel::helps_others();
+                    WAITS.set(WAITS.get() - 1);
+                    if !has_helped {
                         let kept = self.kept.lock();
                         return Held::locked(kept.unwrap_or_else(|poisoned| self.renewed(poisoned)));
                     }

@@ -48,6 +48,29 @@ fn queries_from_the_pool_and_from_outside_of_it_end() {
     is_done.recv_timeout(Duration::from_secs(60)).expect("a query waits for ever");
 }
 
+/// Regression: a thread of the pool that waited for the cache ran the next query on its own stack, which waited as
+/// well, and so on until the stack was full.
+#[test]
+fn thousands_of_queries_wait_for_one_who_holds_the_verdicts() {
+    let map = unread();
+    let place = [0.0, 0.0, 2.5];
+    let expected = map.verdicts().at(place);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    std::thread::scope(|scope| {
+        let held = map.verdicts();
+        let queries = scope.spawn(|| {
+            pool.scope(|pool| {
+                for _ in 0..20_000 {
+                    pool.spawn(|_| assert_eq!(map.verdicts().at(place), expected));
+                }
+            });
+        });
+        std::thread::sleep(Duration::from_millis(500));
+        drop(held);
+        queries.join().unwrap();
+    });
+}
+
 #[test]
 fn whoever_holds_the_verdicts_may_query_the_map() {
     let map = unread();

@@ -164,9 +164,16 @@ impl PlaneMap {
 
     /// The key frames since both planes have been seen, which may know of both.
     fn key_frames_since(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, Arc<KeyFrame>)> {
-        let first = [a, b].map(|birth| self.first_saw(birth)).into_iter().max().unwrap_or(FrameId::new(0));
+        self.key_frames.range(self.first_saw(a).max(self.first_saw(b))..)
+    }
+
+    /// The same from the beginning of the look in which the younger was seen first, if that was not long before:
+    /// the last [`LOOK_PART`] key frames of a long look say nearly what all of them say.
+    fn key_frames_since_look(&self, a: Birth, b: Birth) -> impl Iterator<Item = (FrameId, Arc<KeyFrame>)> {
+        let first = self.first_saw(a).max(self.first_saw(b));
         let look = self.key_frames.get(first).map_or(first, |key_frame| key_frame.look);
-        self.key_frames.range(look..)
+        let earliest = FrameId::new(first.get().saturating_sub(LOOK_PART));
+        self.key_frames.range(look.max(earliest)..)
     }
 
     /// That of two planes which was seen first.
@@ -199,7 +206,7 @@ impl PlaneMap {
         let (mut both_saw, mut both_looked) = (0, 0);
         let (older, mut of_older, mut of_both) =
             (self.older_of(from, into), Looks::default(), Looks::default());
-        for (_, key_frame) in self.key_frames_since(from, into) {
+        for (_, key_frame) in self.key_frames_since_look(from, into) {
             let [a, b] = [from, into].map(|birth| key_frame.looks_at(birth, resolve_now));
             both_saw += u32::from(a[0] && b[0]);
             both_looked += u32::from(a[1] && b[1]);
@@ -234,6 +241,10 @@ impl PlaneMap {
         plane.refit();
     }
 }
+
+/// Key frames of a look before two planes were known that are asked when the two merge: after hours at rest a
+/// merge must not cost hours of key frames.
+const LOOK_PART: u64 = 200;
 
 /// Of two planes, first the one that would stay in a merge: the one with more observations, or the older of
 /// equals.
