@@ -130,7 +130,11 @@ pub(crate) fn event_bytes_beside(events: &Pages<Event>, other: &Pages<Event>) ->
 impl Event {
     /// Approximate bytes that the event owns.
     fn memory_bytes(&self) -> usize {
-        self.key_frame().map_or(0, |entry| entry.seen.memory_bytes())
+        match self {
+            Self::KeyFrame(entry) => entry.seen.memory_bytes(),
+            Self::Held { object, .. } | Self::Moved { object, .. } => object.memory_bytes(),
+            _ => 0,
+        }
     }
 
     pub(crate) fn key_frame(&self) -> Option<&KeyFrameEntry> {

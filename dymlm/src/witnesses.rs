@@ -11,16 +11,25 @@ use crate::session_log::{Event, KeyFrameEntry};
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Witnesses {
-    /// Frame and index of each detection, ascending.
+    /// Frame and index of detections, ascending; at most [`MOST`].
     detections: Vec<(FrameId, usize)>,
 }
+
+/// Detections that are kept of an object. A majority decides which object they are of, and one of as many, spread
+/// evenly over the object's time, is that of all; an object in view for hours has a hundred thousand.
+const MOST: usize = 256;
 
 impl Witnesses {
     /// The detections of an object among the events so far.
     pub(crate) fn of(object: ObjectId, events: &Pages<Event>, map: &ObjectMap) -> Self {
         let object = map.current_id(object);
         let own = sightings(events).filter(|(_, id)| map.current_id(*id) == object);
-        Self { detections: own.map(|(detection, _)| detection).collect() }
+        Self { detections: spread(own.map(|(detection, _)| detection).collect()) }
+    }
+
+    /// Bytes that the list owns.
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.detections.capacity() * size_of::<(FrameId, usize)>()
     }
 
     /// Renames the frames; the new ids ascend as the old ones do.
@@ -47,9 +56,37 @@ impl Witnesses {
     }
 }
 
+/// [`MOST`] of some detections, spread evenly, or all if there are no more.
+fn spread(detections: Vec<(FrameId, usize)>) -> Vec<(FrameId, usize)> {
+    if detections.len() <= MOST {
+        return detections;
+    }
+    (0..MOST).map(|place| detections[place * detections.len() / MOST]).collect()
+}
+
 /// Each detection of a key frame that was of an object, with that object.
 fn sightings(events: &Pages<Event>) -> impl Iterator<Item = ((FrameId, usize), ObjectId)> {
     events.iter().filter_map(Event::key_frame).flat_map(|KeyFrameEntry { frame, seen, .. }| {
         seen.objects.iter().map(|&(detection, id)| ((*frame, detection), id))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: each time an object was taken up or put down, all its detections were logged once more, 2 MB of
+    /// them after eight hours.
+    #[test]
+    fn few_of_the_detections_of_hours_are_kept_and_they_span_them() {
+        let detections = |count: u64| (0..count).map(|frame| (FrameId::new(frame), 0)).collect::<Vec<_>>();
+        for count in [0, 1, MOST as u64] {
+            assert_eq!(spread(detections(count)), detections(count));
+        }
+        let kept = spread(detections(144_000));
+        assert_eq!(kept.len(), MOST);
+        assert!(kept.is_sorted_by(|a, b| a.0 < b.0));
+        let gaps = kept.windows(2).map(|pair| pair[1].0.get() - pair[0].0.get());
+        assert!(gaps.max() <= Some(144_000 / MOST as u64 + 1) && kept[MOST - 1].0.get() > 143_000);
+    }
 }

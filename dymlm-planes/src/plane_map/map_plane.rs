@@ -32,6 +32,8 @@ pub struct MapPlane {
     /// For each judged block of the patch: the number of its voxels of which nothing is known, and of those
     /// in free space.
     pub(super) judged: BTreeMap<BlockKey, [usize; 2]>,
+    /// The most of its voxels that stood at once, neither in free space nor unknown.
+    pub(super) most_stood: usize,
     pub(super) shape: ShapeSettings,
 }
 
@@ -114,6 +116,7 @@ impl MapPlane {
             moments: FixedMoments::default(),
             patch: Patch::default(),
             judged: BTreeMap::new(),
+            most_stood: 0,
             shape,
         }
     }

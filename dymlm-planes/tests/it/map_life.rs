@@ -122,6 +122,43 @@ fn a_camera_at_rest_doubts_no_plane_for_longer_than_it_looks_elsewhere() {
     assert_eq!(map.len(), confirmed);
 }
 
+/// Regression: what looked for a plane while it was away counted against it once it was back. After a day in another
+/// place a table had to be seen for a day.
+#[test]
+fn a_plane_that_was_away_is_believed_when_it_is_back() {
+    let frames = detections();
+    let mut map = map_of(&frames);
+    let confirmed = map.len();
+    let whole = [[-20.0; 3], [20.0; 3]];
+    map.judge([whole], None, 0.5, |_| Some(true));
+    assert_eq!(map.len(), 0);
+    for (_, frame, pose) in frames.iter().cycle().take(40 * frames.len()) {
+        map.insert(&[], frame, pose).unwrap();
+    }
+    map.judge([whole], None, 0.5, |_| Some(false));
+    assert_eq!(map.len(), confirmed);
+}
+
+/// Regression: a plane keeps the voxels that a thing has left, and was gone for good when they were most of them,
+/// although the thing stood at their side.
+#[test]
+fn a_table_that_is_pushed_along_stays_a_plane_until_it_is_taken_away() {
+    let mut map = empty_map();
+    let whole = [[-9.0; 3], [9.0; 3]];
+    for push in 0..5 {
+        let x = 0.3 * f64::from(push) - 0.6;
+        let table = World::of(&[crate::common::level([x, 1.2, 0.7], 0.25, 0.3)]);
+        let view = crate::common::look_at([0.0, -0.2, 1.5], [0.0, 1.2, 0.7]);
+        for seed in 0..5 {
+            insert(&mut map, &detect(&table, view, seed));
+        }
+        map.judge([whole], None, 0.5, |place| Some((place[0] - x).abs() > 0.28));
+        assert_eq!((map.len(), all_planes(&map).len()), (1, 1), "after push {push}");
+    }
+    map.judge([whole], None, 0.5, |_| Some(true));
+    assert_eq!(map.len(), 0);
+}
+
 #[test]
 fn queries_mean_confirmed_planes() {
     let frames = detections();

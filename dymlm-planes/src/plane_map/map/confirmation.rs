@@ -16,7 +16,8 @@ const COS_VIEW: f64 = 0.906_308;
 impl PlaneMap {
     /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world). A plane is
     /// gone, and not confirmed until judged otherwise, when more than `gone_share` of its inliers stand in
-    /// free space, among those of which something is known. `is_free` tells whether a place is free space;
+    /// free space, among those of which something is known, and the others are fewer than that leaves of the most
+    /// that stood at once: what is pushed along leaves inliers behind, more and more, and is still there. `is_free` tells whether a place is free space;
     /// `None` = unknown. `looked_at` is a box around all that is known better than before: what lies in it of
     /// planes that are gone, and what was free or unknown of others, is judged as well, since it may be back. All
     /// other judgements stay.
@@ -47,6 +48,8 @@ impl PlaneMap {
         blocks.dedup();
         for of_plane in blocks.chunk_by(|a, b| a.0 == b.0) {
             let Some(plane) = self.planes.get_mut(&of_plane[0].0) else { continue };
+            // What was seen since the last time stood together with what was left then.
+            plane.most_stood = plane.standing().max(plane.most_stood);
             for &(_, block) in of_plane {
                 plane.judge_block(block, &is_free);
             }
@@ -55,7 +58,8 @@ impl PlaneMap {
         self.confirm(blocks.into_iter().map(|(birth, _)| birth));
     }
 
-    /// The planes at which a key frame looks without having seen them.
+    /// The planes at which a key frame looks without having seen them, but for those that are gone: that they are
+    /// not seen then says nothing about what was seen of them before, and will be if they come back.
     pub(super) fn missed_by(
         &self,
         insertion: &Insertion,
@@ -68,7 +72,7 @@ impl PlaneMap {
         let camera_from_world = world_from_camera.inverse();
         near.retain(|birth| {
             let plane = self.planes.get(birth).filter(|_| !insertion.associations.contains(birth));
-            plane.is_some_and(|plane| {
+            plane.filter(|plane| !plane.is_gone).is_some_and(|plane| {
                 let sighting = view.look_at_world(&camera_from_world, plane.centroid, 0.0);
                 matches!(sighting.visibility, Visibility::Present | Visibility::Absent)
                     && self.is_before(world_from_camera, plane)
@@ -137,7 +141,7 @@ impl MapPlane {
 
     /// Takes over how an earlier state of it was judged, where it still is.
     pub(super) fn keep_judgement(&mut self, before: Self) {
-        (self.is_gone, self.judged) = (before.is_gone, before.judged);
+        (self.is_gone, self.judged, self.most_stood) = (before.is_gone, before.judged, before.most_stood);
         self.judged.retain(|block, _| self.patch.voxels_of(*block).next().is_some());
     }
 
@@ -145,11 +149,26 @@ impl MapPlane {
     pub(super) fn forget_judgement(&mut self) {
         self.is_gone = false;
         self.judged.clear();
+        self.most_stood = 0;
     }
 
-    /// Whether more than a share of its inliers, among those of which something is known, is in free space.
+    /// Whether more than a share of its inliers, among those of which something is known, is in free space, and
+    /// fewer are left than that leaves of the most that stood at once.
     fn is_free(&self, share: f64) -> bool {
-        let [unknown, free] = self.judged.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+        let [unknown, free] = self.unknown_and_free();
+        let standing = self.standing();
+        let most_stood = self.most_stood.min(self.patch.len());
         free as f64 > share * self.patch.len().saturating_sub(unknown) as f64
+            && (standing as f64) < (1.0 - share) * most_stood as f64
+    }
+
+    /// Number of its voxels that are neither in free space nor unknown.
+    fn standing(&self) -> usize {
+        self.patch.len().saturating_sub(self.unknown_and_free().iter().sum())
+    }
+
+    /// Numbers of its voxels of which nothing is known, and of those in free space.
+    fn unknown_and_free(&self) -> [usize; 2] {
+        self.judged.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d])
     }
 }

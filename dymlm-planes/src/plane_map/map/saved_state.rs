@@ -49,6 +49,7 @@ struct SavedPlane {
     is_gone: bool,
     moments: FixedMoments,
     judged: BTreeMap<BlockKey, [usize; 2]>,
+    most_stood: usize,
     /// Number of blocks that hold its voxels.
     blocks: usize,
 }
@@ -249,6 +250,7 @@ impl SavedPlane {
             is_gone: plane.is_gone,
             moments: plane.moments,
             judged: plane.judged.clone(),
+            most_stood: plane.most_stood,
             blocks: plane.patch.blocks().count(),
         }
     }
@@ -266,7 +268,7 @@ impl SavedPlane {
         (plane.centroid, plane.mse, plane.spread) = (self.centroid, self.mse, self.moments.spread());
         (plane.sightings, plane.moments) = (self.sightings, self.moments);
         (plane.is_confirmed, plane.is_gone) = (self.is_confirmed, self.is_gone);
-        plane.judged = self.judged;
+        (plane.judged, plane.most_stood) = (self.judged, self.most_stood);
         is_possible.then_some(plane)
     }
 }
