@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::iter::successors;
 
 use crate::Succession;
 
@@ -49,16 +50,18 @@ impl<Id: Eq> Eq for MergedIds<Id> {}
 impl<Id: Copy + Ord> MergedIds<Id> {
     /// The id that an id leads to: itself unless its thing was merged. O(merges on the way).
     pub fn current(&self, id: Id) -> Id {
-        let mut current = id;
-        while let Some(&into) = self.into.get(&current) {
-            current = into;
-        }
-        current
+        self.way_from(id).last().unwrap_or(id)
+    }
+
+    /// An id, and all ids that it leads to, one after the other.
+    fn way_from(&self, id: Id) -> impl Iterator<Item = Id> {
+        successors(Some(id), |id| self.into.get(id).copied())
     }
 
     /// Lets an id lead to another. Changes nothing and returns `false` when the other leads back to it.
     pub fn insert(&mut self, from: Id, into: Id) -> bool {
-        let is_open = self.current(into) != from;
+        // An id that leads on already is not the end of the way, but may lie on it.
+        let is_open = self.way_from(into).all(|id| id != from);
         if is_open {
             self.revision += 1;
             self.into.insert(from, into);
@@ -204,6 +207,20 @@ mod tests {
         // The same merges again, but who has followed 2 to 7 must look again.
         assert_eq!(merged, before.0);
         assert!(before.1 < merged_twice && merged_twice < merged.revision());
+    }
+
+    /// An id that already leads on is on the way from another id without being its end.
+    #[test]
+    fn an_id_that_leads_on_does_not_lead_back_to_itself() {
+        let mut merged = merged(&[[0, 2], [1, 0]]);
+        let before = (merged.clone(), merged.revision());
+        assert!(!merged.insert(ObjectId::new(0), ObjectId::new(1)));
+        assert!(!merged.insert(ObjectId::new(0), ObjectId::new(0)));
+        assert_eq!((&merged, merged.revision()), (&before.0, before.1));
+        assert_eq!([0, 1].map(|id| current(&merged, id)), [2, 2]);
+        // Elsewhere it may lead.
+        assert!(merged.insert(ObjectId::new(0), ObjectId::new(3)));
+        assert_eq!([0, 1].map(|id| current(&merged, id)), [3, 3]);
     }
 
     #[test]

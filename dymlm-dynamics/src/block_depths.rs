@@ -5,6 +5,10 @@ use dymlm_core::{DepthImage, Frame, SensorModel};
 /// Side of a block, in pixels of a 640x480 image: a thigh at 2 m covers some hundred blocks, and the mean of
 /// sixteen readings has a quarter of the noise of one.
 const SIDE: f64 = 4.0;
+/// Least side of a block, in pixels of the image itself. Blocks are compared as means of several readings: with
+/// one pixel a side a third of what stands still at 2 m seems to have moved (test
+/// `a_seat_is_static_in_a_small_noisy_image`). A higher value makes chair legs too small to be judged.
+const LEAST_SIDE: usize = 2;
 
 /// Depths of a part of an image, one for each block of pixels: the mean of the block's readings that are
 /// about as deep as the reading in its middle.
@@ -32,7 +36,7 @@ impl BlockDepths {
         [columns, rows]: [Range<usize>; 2],
         is_wanted: impl Fn(usize, usize) -> bool,
     ) {
-        self.side = ((SIDE * scale).round() as usize).max(1);
+        self.side = ((SIDE * scale).round() as usize).max(LEAST_SIDE);
         self.first = [columns.start / self.side, rows.start / self.side];
         self.columns = columns.end.div_ceil(self.side).saturating_sub(self.first[0]);
         self.depths.clear();

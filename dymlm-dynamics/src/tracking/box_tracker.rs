@@ -14,6 +14,14 @@ pub(crate) const LOW_SCORE: f32 = 0.1;
 /// Most tracks that are remembered: three times the number of things that a detector sees at once or within
 /// the time after which a track is forgotten. Each track costs as much as a detection.
 const MAX_TRACKS: usize = 1000;
+/// How long a detector's looks keep a track remembered at most, seconds, and how long it is while only one look
+/// has been and nobody knows its pace. A higher value gives whoever stands there later an old id, a lower one
+/// gives who stays a new id at each look of a slow detector.
+const LONGEST_MEMORY: f64 = 60.0;
+/// Time since the last detection after which a predicted box is no longer output, unless it may coast for
+/// longer, seconds: at an indoor walking speed of 0.7 m/s somebody may be 3.5 m away by then, and any foreground
+/// in the box would be taken for them. A lower value maps who sits still between the looks of a slow detector.
+const LONGEST_PREDICTION: f64 = 5.0;
 /// Allowance for rounded timestamps, seconds: three frames at 6 Hz count as half a second.
 const TIME_SLACK: f64 = 1e-3;
 
@@ -165,7 +173,8 @@ impl BoxTracker {
     }
 
     /// Processes a frame on which the detector did not run, which says nothing about who is in it. Returns
-    /// the predicted boxes of all tracks that were in view or coasting when the detector last ran.
+    /// the predicted boxes of all tracks that were in view or coasting when the detector last ran, for 5 s after
+    /// they were detected (or [`TrackerConfig::max_coast`] if that is longer).
     ///
     /// # Errors
     ///
@@ -330,11 +339,11 @@ impl BoxTracker {
     }
 
     /// How long a track without a detection is remembered, seconds: as long as it takes a detector at its usual
-    /// pace to miss it once and look again. A pause is not its pace.
+    /// pace to miss it once and look again. A pause is not its pace. Until the second look, which may be
+    /// seconds away, its pace is unknown.
     fn memory(&self) -> f64 {
         let [newest, before] = self.look_intervals;
-        let interval = newest.min(before);
-        let two_looks = if interval.is_finite() { 2.0 * interval } else { 0.0 };
+        let two_looks = (2.0 * newest.min(before)).min(LONGEST_MEMORY);
         self.config.max_age.max(self.config.max_coast).max(two_looks) + TIME_SLACK
     }
 
@@ -359,14 +368,16 @@ impl BoxTracker {
 
     /// The box of a track that is in view or coasting.
     fn box_of(&self, track: &Track, timestamp: f64) -> Option<TrackedBox> {
+        let missed_for = timestamp - track.last_seen;
+        let is_recent = missed_for <= self.config.max_coast.max(LONGEST_PREDICTION) + TIME_SLACK;
         let age = track.last_seen - track.first_seen;
         let is_confirmed = age >= self.config.confirm_after - TIME_SLACK;
         let filtered_box =
             if track.matched.is_some() { track.filter.bounding_box() } else { track.predicted_box() };
         let (source, bounding_box) = match track.matched {
             Some((detection, bounding_box)) => (BoxSource::Detected { detection }, bounding_box),
-            None if track.misses == 0 || (is_confirmed && self.coasts(track)) => {
-                (BoxSource::Predicted { missed_for: timestamp - track.last_seen }, filtered_box?)
+            None if is_recent && (track.misses == 0 || (is_confirmed && self.coasts(track))) => {
+                (BoxSource::Predicted { missed_for }, filtered_box?)
             }
             None => return None,
         };

@@ -27,12 +27,13 @@ pub struct TrackerConfig {
     /// unconfirmed track at all; here it only may not coast.)
     pub confirm_after: f64,
     /// How long a confirmed track without a detection is output with its predicted box, seconds; 0..=60,
-    /// default 0.5; 0 = never. If not 0, it is output for at least one missed detection, however slow the
-    /// detector is.
+    /// default 0.5; 0 = never. If not 0, it is output for at least one missed detection, if that is at most
+    /// 5 s after the last one: later a prediction says nothing.
     pub max_coast: f64,
     /// How long a track without a detection is remembered, seconds; 0..=600, default 1 (`ByteTrack`'s 30
     /// frames). A value below `max_coast` counts as `max_coast`, and a value below two of the intervals at
-    /// which the detector runs counts as these, so that a miss can be bridged at any rate.
+    /// which the detector runs counts as these (60 s at most, also until the detector has run twice), so that a
+    /// miss can be bridged at any rate.
     pub max_age: f64,
 }
 

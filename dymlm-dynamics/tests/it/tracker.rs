@@ -217,6 +217,47 @@ fn a_slow_detector_may_miss_somebody_once() {
     }
 }
 
+/// The detector's second look comes after two seconds: until then nobody knows its pace.
+#[test]
+fn who_is_seen_in_the_first_look_is_still_known_in_the_second() {
+    for wait in [0.8, 2.0, 5.0] {
+        let mut tracker = tracker();
+        tracker.update(0.0, &[person(0.0)], None).unwrap();
+        for time in (1..).map(|frame| f64::from(frame) / 30.0).take_while(|&time| time < wait) {
+            assert_eq!(ids(tracker.predict(time, None).unwrap()), [0], "{wait} s, after {time} s");
+        }
+        assert_eq!(ids(tracker.update(wait, &[person(20.0)], None).unwrap()), [0], "{wait} s");
+    }
+}
+
+#[test]
+fn who_was_seen_once_is_not_waited_for_for_ever() {
+    let mut tracker = tracker();
+    tracker.update(0.0, &[person(0.0)], None).unwrap();
+    assert_eq!(ids(tracker.predict(4.9, None).unwrap()), [0]);
+    assert!(tracker.predict(5.1, None).unwrap().is_empty());
+    tracker.predict(61.0, None).unwrap();
+    assert_eq!(ids(tracker.update(62.0, &[person(0.0)], None).unwrap()), [1]);
+}
+
+/// The detector runs twice a minute. Where somebody is says nothing any more after some seconds, but who is
+/// found in the next look may be the one of the last.
+#[test]
+fn a_very_slow_detector_s_boxes_are_not_predicted_for_a_minute() {
+    let mut tracker = tracker();
+    for look in 0_u8..4 {
+        let begin = 30.0 * f64::from(look);
+        // The third look misses them.
+        let found = if look == 2 { vec![] } else { vec![person(0.0)] };
+        let expected: &[u64] = if look == 2 { &[] } else { &[0] };
+        assert_eq!(ids(tracker.update(begin, &found, None).unwrap()), expected, "look {look}");
+        assert_eq!(ids(tracker.predict(begin + 4.9, None).unwrap()), expected, "look {look}");
+        for later in [5.1, 10.0, 29.0] {
+            assert!(tracker.predict(begin + later, None).unwrap().is_empty(), "look {look}, {later} s");
+        }
+    }
+}
+
 #[test]
 fn refused_times_change_nothing() {
     let mut tracker = tracker();

@@ -8,7 +8,8 @@ use dymlm_core::{ConfigError, check_range};
 pub struct ObjectTrackerConfig {
     /// Number of points matched with stored views in each frame, 8..=1000, default 100. Time grows with it.
     pub max_points: usize,
-    /// Time without a pose after which the object is lost, seconds, 0..=60, default 0.5.
+    /// Time without a pose after which the object is lost, seconds, 0..=60, default 0.5. So long, and for half a
+    /// second at least, its motion is predicted.
     pub lost_after: f64,
     /// The object is at rest when it has moved by less than `rest_distance` and `rest_angle` for this time,
     /// seconds, 0.05..=60, default 0.8. It leaves its rest when it has moved by three times as much.

@@ -7,6 +7,10 @@ use crate::pose::{PosePrior, moved, step_between};
 const GIVEN: [f64; 2] = [0.02, 0.01];
 /// Standard deviations of the rates of an object that is found again, radians and metres per second.
 const FOUND_RATE: [f64; 2] = [3.0, 1.0];
+/// Time for which a motion is extrapolated at least, seconds: frames at 5 Hz, one of them dropped. By then the
+/// accelerations say as much as the motion of a hand (0.4 m at 3 m/s^2), and the covariance covers a stop. A
+/// lower value lags behind the object at low frame rates while it claims to know the motion.
+const GOES_ON: f64 = 0.5;
 
 /// The object's pose and motion: a Kalman filter with random accelerations that are constant between two
 /// frames (Bar-Shalom, Li, Kirubarajan 2001, section 6.3.2).
@@ -34,8 +38,9 @@ pub(super) struct Motion {
 
 impl Motion {
     /// An object that stands still. The accelerations' standard deviations are in radians and metres per
-    /// second squared; `longest` is the longest time for which a motion is extrapolated, seconds.
-    pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2], longest: f64) -> Self {
+    /// second squared; `lost_after` is the time without a pose after which the object counts as lost, seconds. Its
+    /// motion is extrapolated until then, and into the next frames however soon it counts as lost.
+    pub(super) fn at_rest(pose: Pose, time: f64, [angular, linear]: [f64; 2], lost_after: f64) -> Self {
         Self {
             pose,
             time,
@@ -43,7 +48,7 @@ impl Motion {
             pose_covariance: variances(GIVEN),
             cross_covariance: Matrix6::zeros(),
             rate_covariance: Matrix6::zeros(),
-            longest,
+            longest: lost_after.max(GOES_ON),
             acceleration: Vector6::new(angular, angular, angular, linear, linear, linear),
         }
     }
@@ -184,10 +189,10 @@ mod tests {
     }
 
     /// A filter after `frames` frames at 30 Hz, observed with these standard deviations, radians and metres.
-    fn observed(frames: u32, known: [f64; 2]) -> Motion {
+    fn observed(frames: u32, known: [f64; 2], lost_after: f64) -> Motion {
         let covariance = variances(known);
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)]));
-        let mut motion = Motion::at_rest(at(0.0), 0.0, ACCELERATIONS, 0.2);
+        let mut motion = Motion::at_rest(at(0.0), 0.0, ACCELERATIONS, lost_after);
         for frame in 1..=frames {
             let time = f64::from(frame) / 30.0;
             motion.observe(&at(time), Some(&rows), time, &Pose::identity());
@@ -197,16 +202,29 @@ mod tests {
 
     #[test]
     fn learns_how_the_object_moves_and_goes_on_so() {
-        let motion = observed(30, [1e-3, 1e-3]);
+        let motion = observed(30, [1e-3, 1e-3], 0.6);
         let predicted = motion.predict(1.1);
         assert!(predicted.distance(&at(1.1)) < 1e-3 && predicted.angle(&at(1.1)) < 1e-3, "{predicted:?}");
         // The motion is not extrapolated for ever.
-        assert!(motion.predict(9.0).distance(&at(1.2)) < 2e-3);
+        assert!(motion.predict(9.0).distance(&at(1.6)) < 2e-3);
+    }
+
+    /// The next frame comes after 0.2 s, or 0.4 s after one that was dropped.
+    #[test]
+    fn a_motion_goes_on_into_the_next_frame_however_soon_the_object_counts_as_lost() {
+        for lost_after in [0.0, 0.1, 0.3] {
+            let motion = observed(30, [1e-3, 1e-3], lost_after);
+            for time in [1.2, 1.4] {
+                let predicted = motion.predict(time);
+                assert!(predicted.distance(&at(time)) < 2e-3, "{lost_after} s, {time}: {predicted:?}");
+                assert!(predicted.angle(&at(time)) < 2e-3, "{lost_after} s, {time}: {predicted:?}");
+            }
+        }
     }
 
     #[test]
     fn knows_less_the_longer_it_saw_nothing_and_in_any_frame_alike() {
-        let motion = observed(30, [1e-3, 1e-3]);
+        let motion = observed(30, [1e-3, 1e-3], 0.6);
         let far = moved(&motion.predict(1.1), &Vector6::new(0.0, 0.0, 0.0, 0.05, 0.0, 0.0));
         let distance = |time: f64, world_from_camera: &Pose| {
             let prior = motion.prior(time, world_from_camera).unwrap();
@@ -220,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_pose_found_again_tells_nothing_of_its_motion() {
-        let mut motion = observed(30, [1e-3, 1e-3]);
+        let mut motion = observed(30, [1e-3, 1e-3], 0.6);
         motion.restart(&at(3.0), None, 3.0, &Pose::identity());
         assert_eq!(motion.predict(3.1), at(3.0));
         let prior = motion.prior(3.1, &Pose::identity()).unwrap();
