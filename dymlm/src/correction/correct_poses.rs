@@ -7,7 +7,7 @@ use super::rebuilt::{Rebuilt, Renaming};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::replay::Replay;
-use crate::session_log::{Event, KeyFrameEntry};
+use crate::session_log::Event;
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -169,21 +169,10 @@ impl MapBuilder {
         let log = map.past.log.as_mut().ok_or(Error::NoHistory)?;
         log.events = rebuilt.events;
 
-        let range = f64::from(config.sensor.max_depth);
-        let motion = |entry: &KeyFrameEntry| {
-            let place = entry.frame.get() as usize;
-            let (old, new) = (&log.frames[place].world_from_camera, &poses[place]);
-            (old != new).then(|| old.distance(new) + range * old.angle(new))
-        };
-        let motions: Vec<f64> = log.key_frames().filter_map(motion).collect();
-        let report = CorrectionReport {
-            key_frames: log.key_frames().count(),
-            moved_key_frames: motions.len(),
-            largest_motion: motions.into_iter().fold(0.0, f64::max),
-            new_from_old: Pose::identity(),
-            planes: rebuilt.planes,
-            objects: rebuilt.objects,
-        };
+        let before: Vec<Pose> = log.poses().collect();
+        let mut report = CorrectionReport::unchanged(log.key_frames().count());
+        report.note_motions(log, config.sensor.max_depth, [&before, poses]);
+        (report.planes, report.objects) = (rebuilt.planes, rebuilt.objects);
         Ok(report)
     }
 
