@@ -53,6 +53,7 @@ impl MapBuilder {
         let reports = self.process_waiting()?;
         self.preprocessor = Preprocessor::new(self.config.dynamics.clone(), self.config.sensor)?;
         self.key_frames = KeyFrames::new(self.config.key_frames)?;
+        self.processed = None;
         self.clock = SessionClock::default();
         self.carried.clear();
         self.begin_session_of_maps();

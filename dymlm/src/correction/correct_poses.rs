@@ -201,15 +201,15 @@ impl MapBuilder {
     /// Returns how the newest frame has moved.
     fn take_over(&mut self, poses: &[Pose]) -> Pose {
         let Some(log) = &mut self.map.past.log else { return Pose::identity() };
-        let newest = log.frames.len().checked_sub(1);
-        // What waits has not been seen by the steps that remember the frames before.
-        let first_waiting = self.waiting.iter().next().map(|waiting| waiting.id.get() as usize);
-        let processed = first_waiting.map_or(newest, |first| first.checked_sub(1));
-        let motion = |frame: Option<usize>| {
-            let (old, new) = (log.frames.get(frame?)?.world_from_camera, *poses.get(frame?)?);
+        let motion = |id: FrameId| {
+            let place = id.get() as usize;
+            let (old, new) = (log.frames.get(place)?.world_from_camera, *poses.get(place)?);
             (old != new).then(|| new * old.inverse())
         };
-        let (given, processed) = (motion(newest), motion(processed));
+        let given = log.frames.len().checked_sub(1).and_then(|newest| motion(FrameId::new(newest as u64)));
+        // Preprocessor and key frames remember the frame that they were given last.
+        let processed = self.processed.and_then(motion);
+        let newest = given.unwrap_or_else(Pose::identity);
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
         }
@@ -222,6 +222,6 @@ impl MapBuilder {
             // These are in the next frame that is given.
             self.carried.values_mut().for_each(|body| *body = body.transformed(&new_from_old));
         }
-        given.unwrap_or_else(Pose::identity)
+        newest
     }
 }
