@@ -7,6 +7,7 @@ use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 use dymlm_planes::PlaneDetector;
 
+use crate::carried_object::Lifted;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
 use crate::logged_sessions::Session;
@@ -44,6 +45,8 @@ pub struct MapBuilder {
     pub(crate) clock: SessionClock,
     /// Boxes of the carried objects in the next frame, with a rim, in the world.
     pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
+    /// The objects that somebody carries.
+    pub(crate) lifted: BTreeMap<ObjectId, Lifted>,
     pub(crate) map: MultiLevelMap,
     pub(crate) publisher: Publisher,
     pub(crate) scan_mapper: ScanMapper,
@@ -78,6 +81,7 @@ impl MapBuilder {
             snapshots: Snapshots::default(),
             clock: SessionClock::default(),
             carried: BTreeMap::new(),
+            lifted: BTreeMap::new(),
             map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),

@@ -56,6 +56,7 @@ impl MapBuilder {
         self.processed = None;
         self.clock = SessionClock::default();
         self.carried.clear();
+        self.lifted.clear();
         self.begin_session_of_maps();
         Ok(reports)
     }

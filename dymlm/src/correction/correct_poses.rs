@@ -210,6 +210,9 @@ impl MapBuilder {
         // Preprocessor and key frames remember the frame that they were given last.
         let processed = self.processed.and_then(motion);
         let newest = given.unwrap_or_else(Pose::identity);
+        for lifted in self.lifted.values_mut() {
+            lifted.follow(|frame| motion(frame).unwrap_or_else(Pose::identity), &newest);
+        }
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
         }
