@@ -121,7 +121,7 @@ pub(crate) struct PyRefineReport {
     costs: Vec<[f64; 2]>,
     /// Indices of the loop closures that were rejected as wrong.
     left_out: Vec<usize>,
-    /// How the maps changed, the CorrectionReport of the last round.
+    /// How the maps changed, one CorrectionReport for all rounds.
     correction: PyCorrectionReport,
 }
 

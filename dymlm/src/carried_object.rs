@@ -1,4 +1,4 @@
-use dymlm_core::{Frame, ObjectId, PlaneId, Point, Pose};
+use dymlm_core::{Frame, FrameId, ObjectId, PlaneId, Point, Pose};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ShapeKind};
 use dymlm_tracking::{ObjectModel, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate};
@@ -32,6 +32,25 @@ pub struct ObjectMove {
     pub occupied_cells: usize,
     /// Planes that are its faces.
     pub planes: Vec<PlaneId>,
+}
+
+/// What is remembered of an object while somebody carries it.
+#[derive(Debug, Clone)]
+pub(crate) struct Lifted {
+    /// The last key frame that saw it stand at its old place; none without a history.
+    seen_by: Option<FrameId>,
+    /// From the old place as its tracker has it to where the maps have it. A correction moves the former with
+    /// the newest frame, by which the tracker is told, and the latter with the frames that saw it there.
+    map_from_tracker: Pose,
+}
+
+impl Lifted {
+    /// Follows a correction that has moved frames by `motion` and the newest frame by `newest`.
+    pub(crate) fn follow(&mut self, motion: impl Fn(FrameId) -> Pose, newest: &Pose) {
+        if let Some(frame) = self.seen_by {
+            self.map_from_tracker = motion(frame) * self.map_from_tracker * newest.inverse();
+        }
+    }
 }
 
 /// Objects of the map that somebody carries about (the paper's section V-D).
@@ -102,8 +121,10 @@ impl MapBuilder {
         }
         let moved = match &update.came_to_rest {
             Some(rest) => {
-                let new_from_old = rest.world_from_object * rest.moved_from.inverse();
-                let tracked = body_at(tracker, &rest.moved_from, RIM_AT_REST);
+                let lifted = self.lifted.get(&object);
+                let moved_from = lifted.map_or(rest.moved_from, |it| it.map_from_tracker * rest.moved_from);
+                let new_from_old = rest.world_from_object * moved_from.inverse();
+                let tracked = body_at(tracker, &moved_from, RIM_AT_REST);
                 Some(self.put_down(object, BodyMotion { new_from_old, tracked })?)
             }
             None => None,
@@ -114,8 +135,22 @@ impl MapBuilder {
         if is_carried {
             let body = body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
             self.carried.extend(body.map(|body| (object, body)));
+            if !self.lifted.contains_key(&object) {
+                let lifted = Lifted { seen_by: self.last_seen(object), map_from_tracker: Pose::identity() };
+                self.lifted.insert(object, lifted);
+            }
+        } else {
+            self.lifted.remove(&object);
         }
         Ok(moved)
+    }
+
+    /// The last key frame in the log that has seen an object.
+    fn last_seen(&self, object: ObjectId) -> Option<FrameId> {
+        let objects = self.map.objects();
+        let is_it = |id: ObjectId| objects.current_id(id) == objects.current_id(object);
+        let mut entries = self.map.past.log.as_ref()?.key_frames().rev();
+        entries.find(|entry| entry.seen.objects.iter().any(|&(_, id)| is_it(id))).map(|entry| entry.frame)
     }
 
     /// Notes whether somebody carries an object.

@@ -102,6 +102,15 @@ pub enum Error {
     #[cfg(feature = "refine")]
     #[error("the poses cannot be refined: {0}")]
     Refinement(#[from] dymlm_refine::Error),
+    /// A further round of refining the poses has failed. The maps are as the rounds before it have made them.
+    #[cfg(feature = "refine")]
+    #[error("the poses cannot be refined further: {source}")]
+    RefinementStopped {
+        /// Why it has failed.
+        source: Box<Error>,
+        /// What the rounds before it have done.
+        done: Box<crate::RefineReport>,
+    },
     /// The caller's `watch` has cancelled the correction.
     #[error("the correction was cancelled")]
     Cancelled,

@@ -7,6 +7,7 @@ use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 use dymlm_planes::PlaneDetector;
 
+use crate::carried_object::Lifted;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
 use crate::logged_sessions::Session;
@@ -37,10 +38,15 @@ pub struct MapBuilder {
     pub(crate) key_frames: KeyFrames,
     subsampler: Subsampler,
     pub(crate) waiting: WaitingFrames,
+    /// The last frame that was given to the preprocessor and the choice of key frames in this session: not the
+    /// newest one where frames wait, and never a scan.
+    pub(crate) processed: Option<FrameId>,
     pub(crate) snapshots: Snapshots,
     pub(crate) clock: SessionClock,
     /// Boxes of the carried objects in the next frame, with a rim, in the world.
     pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
+    /// The objects that somebody carries.
+    pub(crate) lifted: BTreeMap<ObjectId, Lifted>,
     pub(crate) map: MultiLevelMap,
     pub(crate) publisher: Publisher,
     pub(crate) scan_mapper: ScanMapper,
@@ -71,9 +77,11 @@ impl MapBuilder {
             key_frames: KeyFrames::new(config.key_frames)?,
             subsampler: Subsampler::new(config.sensor),
             waiting: WaitingFrames::default(),
+            processed: None,
             snapshots: Snapshots::default(),
             clock: SessionClock::default(),
             carried: BTreeMap::new(),
+            lifted: BTreeMap::new(),
             map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
@@ -229,6 +237,7 @@ impl MapBuilder {
             plane_detector,
             key_frames,
             subsampler,
+            processed,
             snapshots,
             map,
             publisher,
@@ -244,6 +253,7 @@ impl MapBuilder {
         clock.time(Stage::Dynamics, || {
             preprocessor.process_knowing(frame, found, pose, &knowledge).map(|_| ())
         })?;
+        *processed = Some(id);
         let (movers, static_mask) = (preprocessor.movers(), preprocessor.static_mask());
         let viewed = Viewed { timestamp: frame.timestamp(), world_from_camera: *pose };
         let outcome = if key_frames.choose(viewed, found.is_some()) {

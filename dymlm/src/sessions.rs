@@ -53,8 +53,10 @@ impl MapBuilder {
         let reports = self.process_waiting()?;
         self.preprocessor = Preprocessor::new(self.config.dynamics.clone(), self.config.sensor)?;
         self.key_frames = KeyFrames::new(self.config.key_frames)?;
+        self.processed = None;
         self.clock = SessionClock::default();
         self.carried.clear();
+        self.lifted.clear();
         self.begin_session_of_maps();
         Ok(reports)
     }

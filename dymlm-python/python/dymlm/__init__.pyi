@@ -678,7 +678,7 @@ class RefineReport:
 
     @property
     def correction(self) -> CorrectionReport:
-        """How the maps changed, the CorrectionReport of the last round."""
+        """How the maps changed, one CorrectionReport for all rounds."""
 
 @final
 class Map:

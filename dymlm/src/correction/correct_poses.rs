@@ -7,7 +7,7 @@ use super::rebuilt::{Rebuilt, Renaming};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::replay::Replay;
-use crate::session_log::{Event, KeyFrameEntry};
+use crate::session_log::Event;
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -169,21 +169,10 @@ impl MapBuilder {
         let log = map.past.log.as_mut().ok_or(Error::NoHistory)?;
         log.events = rebuilt.events;
 
-        let range = f64::from(config.sensor.max_depth);
-        let motion = |entry: &KeyFrameEntry| {
-            let place = entry.frame.get() as usize;
-            let (old, new) = (&log.frames[place].world_from_camera, &poses[place]);
-            (old != new).then(|| old.distance(new) + range * old.angle(new))
-        };
-        let motions: Vec<f64> = log.key_frames().filter_map(motion).collect();
-        let report = CorrectionReport {
-            key_frames: log.key_frames().count(),
-            moved_key_frames: motions.len(),
-            largest_motion: motions.into_iter().fold(0.0, f64::max),
-            new_from_old: Pose::identity(),
-            planes: rebuilt.planes,
-            objects: rebuilt.objects,
-        };
+        let before: Vec<Pose> = log.poses().collect();
+        let mut report = CorrectionReport::unchanged(log.key_frames().count());
+        report.note_motions(log, config.sensor.max_depth, [&before, poses]);
+        (report.planes, report.objects) = (rebuilt.planes, rebuilt.objects);
         Ok(report)
     }
 
@@ -212,15 +201,18 @@ impl MapBuilder {
     /// Returns how the newest frame has moved.
     fn take_over(&mut self, poses: &[Pose]) -> Pose {
         let Some(log) = &mut self.map.past.log else { return Pose::identity() };
-        let newest = log.frames.len().checked_sub(1);
-        // What waits has not been seen by the steps that remember the frames before.
-        let first_waiting = self.waiting.iter().next().map(|waiting| waiting.id.get() as usize);
-        let processed = first_waiting.map_or(newest, |first| first.checked_sub(1));
-        let motion = |frame: Option<usize>| {
-            let (old, new) = (log.frames.get(frame?)?.world_from_camera, *poses.get(frame?)?);
+        let motion = |id: FrameId| {
+            let place = id.get() as usize;
+            let (old, new) = (log.frames.get(place)?.world_from_camera, *poses.get(place)?);
             (old != new).then(|| new * old.inverse())
         };
-        let (given, processed) = (motion(newest), motion(processed));
+        let given = log.frames.len().checked_sub(1).and_then(|newest| motion(FrameId::new(newest as u64)));
+        // Preprocessor and key frames remember the frame that they were given last.
+        let processed = self.processed.and_then(motion);
+        let newest = given.unwrap_or_else(Pose::identity);
+        for lifted in self.lifted.values_mut() {
+            lifted.follow(|frame| motion(frame).unwrap_or_else(Pose::identity), &newest);
+        }
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
         }
@@ -233,6 +225,6 @@ impl MapBuilder {
             // These are in the next frame that is given.
             self.carried.values_mut().for_each(|body| *body = body.transformed(&new_from_old));
         }
-        given.unwrap_or_else(Pose::identity)
+        newest
     }
 }

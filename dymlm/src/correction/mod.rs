@@ -3,6 +3,8 @@
 
 mod correct_poses;
 mod identities;
+#[cfg(feature = "refine")]
+mod joined;
 mod new_poses;
 #[cfg(test)]
 mod random_sessions;
@@ -11,4 +13,6 @@ mod report;
 mod thing_changes;
 
 pub(crate) use identities::leading_ids;
+#[cfg(feature = "refine")]
+pub(crate) use joined::JoinedCorrections;
 pub use report::{CorrectionProgress, CorrectionReport, ThingChanges, ThingMotion};

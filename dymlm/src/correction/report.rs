@@ -1,5 +1,7 @@
 use dymlm_core::{ObjectId, PlaneId, Pose};
 
+use crate::session_log::{KeyFrameEntry, SessionLog};
+
 /// What a correction of poses has done.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -34,6 +36,18 @@ impl CorrectionReport {
             objects: ThingChanges::none(),
         }
     }
+
+    /// Notes how the key frames have moved; `old` and `new`: the poses of all frames, by id.
+    pub(super) fn note_motions(&mut self, log: &SessionLog, max_depth: f32, [old, new]: [&[Pose]; 2]) {
+        let motion = |entry: &KeyFrameEntry| {
+            let place = entry.frame.get() as usize;
+            let (old, new) = (&old[place], &new[place]);
+            (old != new).then(|| old.distance(new) + f64::from(max_depth) * old.angle(new))
+        };
+        let motions: Vec<f64> = log.key_frames().filter_map(motion).collect();
+        self.moved_key_frames = motions.len();
+        self.largest_motion = motions.into_iter().fold(0.0, f64::max);
+    }
 }
 
 /// What has become of planes or objects. A thing keeps the id of the earlier thing with which it shares most
@@ -55,7 +69,7 @@ pub struct ThingChanges<Id> {
 }
 
 impl<Id> ThingChanges<Id> {
-    fn none() -> Self {
+    pub(super) fn none() -> Self {
         Self {
             moved: Vec::new(),
             merged: Vec::new(),

@@ -14,9 +14,7 @@ pub(super) fn planes_changed(
     before: &MultiLevelMap,
     now: &MultiLevelMap,
 ) -> ThingChanges<PlaneId> {
-    let places =
-        |map: &MultiLevelMap| map.planes().iter().map(|plane| (plane.id(), plane.centroid())).collect();
-    changes(identities, names, &places(before), &places(now))
+    changes(identities, names, &plane_places(before), &plane_places(now))
 }
 
 /// What has become of the confirmed objects.
@@ -26,18 +24,35 @@ pub(super) fn objects_changed(
     before: &MultiLevelMap,
     now: &MultiLevelMap,
 ) -> ThingChanges<ObjectId> {
-    let places = |map: &MultiLevelMap| {
-        map.objects().objects().map(|object| (object.id(), object.oriented_box().center())).collect()
+    changes(identities, names, &object_places(before), &object_places(now))
+}
+
+/// Where the confirmed planes or objects of maps have their centres.
+pub(super) type Places<Id> = BTreeMap<Id, [f64; 3]>;
+
+pub(super) fn plane_places(map: &MultiLevelMap) -> Places<PlaneId> {
+    map.planes().iter().map(|plane| (plane.id(), plane.centroid())).collect()
+}
+
+pub(super) fn object_places(map: &MultiLevelMap) -> Places<ObjectId> {
+    map.objects().objects().map(|object| (object.id(), object.oriented_box().center())).collect()
+}
+
+/// The things that are there before and now, and stand elsewhere.
+pub(super) fn motions<Id: Copy + Ord>(before: &Places<Id>, now: &Places<Id>) -> Vec<ThingMotion<Id>> {
+    let motion = |(&id, place): (&Id, &[f64; 3])| {
+        let distance = norm(difference(*now.get(&id)?, *place));
+        (distance > 0.0).then_some(ThingMotion { id, distance })
     };
-    changes(identities, names, &places(before), &places(now))
+    before.iter().filter_map(motion).collect()
 }
 
 /// Compares the places of the confirmed things before and now.
 fn changes<Id: Copy + Ord>(
     identities: &Identities<Id>,
     names: &Succession<Id>,
-    before: &BTreeMap<Id, [f64; 3]>,
-    now: &BTreeMap<Id, [f64; 3]>,
+    before: &Places<Id>,
+    now: &Places<Id>,
 ) -> ThingChanges<Id> {
     let parts = identities.split.iter().filter_map(|(new, &old)| Some((old, names.get(*new)?)));
     let split: Vec<(Id, Id)> = parts.filter(|(_, part)| now.contains_key(part)).collect();
@@ -45,12 +60,8 @@ fn changes<Id: Copy + Ord>(
     let merged: Vec<(Id, Id)> = gone.filter(|(old, _)| before.contains_key(old)).collect();
     let parts: BTreeSet<Id> = split.iter().map(|(_, part)| *part).collect();
     let gone: BTreeSet<Id> = merged.iter().map(|(old, _)| *old).collect();
-    let motion = |(&id, place): (&Id, &[f64; 3])| {
-        let distance = norm(difference(*now.get(&id)?, *place));
-        (distance > 0.0).then_some(ThingMotion { id, distance })
-    };
     ThingChanges {
-        moved: before.iter().filter_map(motion).collect(),
+        moved: motions(before, now),
         vanished: before.keys().filter(|id| !now.contains_key(id) && !gone.contains(id)).copied().collect(),
         appeared: now.keys().filter(|id| !before.contains_key(id) && !parts.contains(id)).copied().collect(),
         merged,

@@ -36,7 +36,8 @@ pub struct Autosave {
 impl Autosave {
     /// Starts saving. Every `interval` it saves the maps published last, if they are newer than those that were
     /// saved last. The maps at the beginning count as saved where the saver has saved or loaded maps that are
-    /// not older. A save that fails is tried again after the next interval.
+    /// not older, and where nothing has changed since they were loaded, from whatever folder. A save that fails
+    /// is tried again after the next interval.
     ///
     /// # Errors
     ///
@@ -44,9 +45,11 @@ impl Autosave {
     pub fn start(reader: MapReader, saver: MapSaver, interval: Duration) -> Result<Self, Error> {
         let path = saver.folder().to_path_buf();
         let (stop, stopped) = channel();
-        // Maps that have never changed are saved by `finish` alone: those of a builder that came to nothing must
-        // not replace others.
-        let saved = saver.saved_revision().unwrap_or_default().min(reader.latest().revision());
+        // Maps that have never changed, or not since they were loaded, are saved by `finish` alone: those of a
+        // builder that came to nothing must not replace others.
+        let latest = reader.latest();
+        let saved = saver.saved_revision().unwrap_or_default().max(latest.past.loaded).min(latest.revision());
+        drop(latest);
         let run = move || {
             let mut autosaver = Autosaver { saver, reader, saved };
             loop {
@@ -62,8 +65,8 @@ impl Autosave {
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Saves the maps that were published last, also those of a builder that was given no frame if nothing has
-    /// been saved yet, ends the thread, and gives back the saver, which still has the folder.
+    /// Saves the maps that were published last, also those of a builder that was given no frame if the saver has
+    /// not saved them yet, ends the thread, and gives back the saver, which still has the folder.
     ///
     /// # Errors
     ///
@@ -82,7 +85,8 @@ impl Autosave {
 }
 
 impl Drop for Autosave {
-    /// Saves the maps that were published last, if they have ever changed, and waits until that is done.
+    /// Saves the maps that were published last, if they have changed since they were made or loaded, and waits
+    /// until that is done.
     fn drop(&mut self) {
         self.stop = None;
         if let Some(thread) = self.thread.take() {
@@ -104,10 +108,11 @@ struct Autosaver {
 }
 
 impl Autosaver {
-    /// Saves the maps published last if they are newer; if it `is_last`, also where none were ever saved.
+    /// Saves the maps published last if they are newer; if it `is_last`, also where they only count as saved.
     fn save_newer(&mut self, is_last: bool) -> Result<(), Error> {
         let map = self.reader.latest();
-        if map.revision() > self.saved || is_last && self.saver.saved_revision().is_none() {
+        let is_unsaved = self.saver.saved_revision().is_none_or(|saved| saved < map.revision());
+        if map.revision() > self.saved || is_last && is_unsaved {
             self.saver.save(&map)?;
             self.saved = map.revision();
         }

@@ -116,7 +116,7 @@ impl MultiLevelMap {
         let mut map = Self::new(&config)?;
         (map.ghost_removal, map.revision) = (head.ghost_removal, head.revision);
         (map.past.frames, map.past.newest) = (head.frames_given, head.newest);
-        map.past.differs_from_log = head.differs_from_log;
+        (map.past.differs_from_log, map.past.loaded) = (head.differs_from_log, head.revision);
 
         let (sensor, mut missing) = (config.sensor, Vec::new());
         let mut read = |section, result: Result<(), Error>| {

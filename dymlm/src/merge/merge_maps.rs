@@ -10,7 +10,7 @@ use crate::past::Past;
 use crate::replay::Replay;
 use crate::session_log::{Event, SessionLog};
 use crate::snapshots::Snapshots;
-use crate::{Error, MergeReport, MultiLevelMap, NewIds};
+use crate::{Error, MergeReport, MultiLevelMap, NewIds, Revision};
 
 /// Maps of several sessions or robots become one.
 impl MultiLevelMap {
@@ -93,6 +93,7 @@ impl MultiLevelMap {
             frames: merged.log.frames.len() as u64,
             newest: merged.newest,
             differs_from_log: false,
+            loaded: Revision::default(),
             log: Some(SessionLog { events, ..merged.log }),
         };
         *self = map;

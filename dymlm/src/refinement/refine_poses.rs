@@ -1,6 +1,7 @@
 use super::pose_problem::{KeyFramePose, PoseProblem, key_frame_poses};
 use super::{LoopClosure, RefineConfig, RefineReport, RefinedPoses};
-use crate::{Error, MapBuilder};
+use crate::correction::JoinedCorrections;
+use crate::{CorrectionProgress, Error, MapBuilder};
 
 impl MapBuilder {
     /// Finds better poses of the key frames by the planes and the objects that they have seen, and
@@ -14,8 +15,9 @@ impl MapBuilder {
     ///
     /// # Errors
     ///
-    /// [`Error::Config`], [`Error::Refinement`] and those of [`Self::correct_poses`]. What earlier rounds
-    /// have found stays in the maps.
+    /// [`Error::Config`], [`Error::Refinement`] and those of [`Self::correct_poses`]; nothing has changed.
+    /// [`Error::RefinementStopped`] where a later round fails: what the rounds before it have found stays in the
+    /// maps, and the error has their report.
     #[doc(alias = "bundle adjustment")]
     pub fn refine_poses(&mut self, config: &RefineConfig) -> Result<RefineReport, Error> {
         self.refine_poses_with(config, &[])
@@ -34,24 +36,46 @@ impl MapBuilder {
         config: &RefineConfig,
         closures: &[LoopClosure],
     ) -> Result<RefineReport, Error> {
+        self.refine_watched(config, closures, &mut |_| true)
+    }
+
+    /// [`Self::refine_poses_with`] whose corrections report their progress.
+    fn refine_watched(
+        &mut self,
+        config: &RefineConfig,
+        closures: &[LoopClosure],
+        watch: &mut dyn FnMut(CorrectionProgress) -> bool,
+    ) -> Result<RefineReport, Error> {
         config.validate()?;
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         // The caller's poses remain the odometry in all rounds.
         let given = key_frame_poses(log);
-        let mut found = self.solve_for_poses(&given, config, closures)?;
-        let mut costs = Vec::new();
-        loop {
-            let correction = self.correct_poses(&found.poses)?;
-            costs.push(found.cost);
-            if costs.len() >= config.rounds {
-                return Ok(RefineReport { found, costs, correction });
+        let mut rounds = JoinedCorrections::of(&self.map);
+        let found = self.solve_for_poses(&given, config, closures)?;
+        let correction = self.correct_poses_watched(&found.poses, watch)?;
+        rounds.add(&correction);
+        let mut report = RefineReport { costs: vec![found.cost], found, correction };
+        while report.costs.len() < config.rounds {
+            let further = self.solve_for_poses(&given, config, closures).and_then(|found| {
+                let is_settled = are_settled(&report.found, &found, config);
+                let correction =
+                    if is_settled { None } else { Some(self.correct_poses_watched(&found.poses, watch)?) };
+                Ok((found, correction))
+            });
+            match further {
+                Ok((found, Some(correction))) => {
+                    rounds.add(&correction);
+                    report.costs.push(found.cost);
+                    (report.found, report.correction) = (found, rounds.report(&self.map));
+                }
+                Ok((_, None)) => break,
+                Err(source) => {
+                    let (source, done) = (Box::new(source), Box::new(report));
+                    return Err(Error::RefinementStopped { source, done });
+                }
             }
-            let next = self.solve_for_poses(&given, config, closures)?;
-            if are_settled(&found, &next, config) {
-                return Ok(RefineReport { found, costs, correction });
-            }
-            found = next;
         }
+        Ok(report)
     }
 
     fn solve_for_poses(
@@ -73,4 +97,46 @@ fn are_settled(before: &RefinedPoses, after: &RefinedPoses, config: &RefineConfi
     let count = before.poses.len() as f64;
     let [translation, rotation] = [config.translation_jitter, config.rotation_jitter].map(|c| c * c * count);
     moved <= translation && turned <= rotation
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{PinholeCamera, Pose};
+    use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
+
+    use super::*;
+    use crate::{HistoryConfig, MapConfig};
+
+    #[test]
+    fn a_round_that_fails_tells_what_those_before_it_have_done() {
+        let mut config = SequenceConfig::default();
+        (config.frames, config.pose_error) = (90, PoseErrorConfig::slam());
+        config.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
+        let sequence = Sequence::new(&config).unwrap();
+        let mut config = MapConfig::default();
+        (config.history, config.cloud.voxel_size) = (HistoryConfig::Memory, 0.06);
+        let mut builder = MapBuilder::new(config).unwrap();
+        for (index, simulated) in sequence.frames().enumerate().step_by(3) {
+            let pose = sequence.estimated_pose(index);
+            builder.insert(&simulated.frame, &simulated.detections, &pose).unwrap();
+        }
+        let newest = |builder: &MapBuilder| builder.trajectory().map(|(_, _, pose)| pose).last();
+        let before: Pose = newest(&builder).unwrap();
+
+        // The second correction is cancelled; poses never count as settled.
+        let mut refine = RefineConfig::default();
+        (refine.translation_jitter, refine.rotation_jitter) = (1e-6, 1e-6);
+        let (mut done, mut corrections) = (usize::MAX, 0);
+        let mut watch = |progress: CorrectionProgress| {
+            corrections += u32::from(progress.done <= done);
+            done = progress.done;
+            corrections < 2
+        };
+        let stopped = builder.refine_watched(&refine, &[], &mut watch);
+        let Err(Error::RefinementStopped { source, done }) = stopped else { panic!("{stopped:?}") };
+        assert!(matches!(*source, Error::Cancelled));
+        assert_eq!(done.costs.len(), 1);
+        let (now, followed) = (newest(&builder).unwrap(), done.correction.new_from_old * before);
+        assert!(now != before && followed.distance(&now) < 1e-9 && followed.angle(&now) < 1e-9);
+    }
 }

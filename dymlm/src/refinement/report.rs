@@ -9,6 +9,6 @@ pub struct RefineReport {
     pub found: RefinedPoses,
     /// Half the sum of squared errors, in standard deviations, before and after each applied round.
     pub costs: Vec<[f64; 2]>,
-    /// What the correction of the last applied round has changed.
+    /// What the corrections of all applied rounds have changed together.
     pub correction: CorrectionReport,
 }

@@ -230,3 +230,37 @@ fn many_corrections_do_not_use_up_ids() {
     }
     assert!(largest < 3 * 60, "{largest}");
 }
+
+/// Regression: the frames of which the preprocessor and the choice of key frames know the poses were guessed by
+/// their ids.
+#[test]
+fn what_is_known_of_the_last_processed_frame_moves_with_that_frame() {
+    // All within the interval of key frames.
+    let mut config = dymlm_sim::SequenceConfig::default();
+    (config.frames, config.frame_rate) = (4, 100.0);
+    config.camera = sequence(1).frames().next().map(|frame| *frame.frame.camera());
+    let frames: Vec<SimulatedFrame> = dymlm_sim::Sequence::new(&config).unwrap().frames().collect();
+    let pose = frames[0].world_from_camera;
+    let moved = Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * pose;
+    let is_key_frame = |builder: &mut MapBuilder, index: usize| {
+        builder.insert(&frames[index].frame, Detections::NotRun, &pose).unwrap().update().is_some()
+    };
+
+    // A frame that waited was removed, and so was never processed.
+    let mut builder = MapBuilder::new(with_history()).unwrap();
+    assert!(is_key_frame(&mut builder, 0));
+    let first = builder.insert(&frames[1].frame, Detections::Pending, &pose).unwrap().id;
+    builder.remove(first).unwrap();
+    let second = builder.insert(&frames[2].frame, Detections::Pending, &pose).unwrap().id;
+    builder.correct_poses(&[(FrameId::new(0), pose), (second, moved)]).unwrap();
+    builder.remove(second).unwrap();
+    // The key frame before stands where it stood.
+    assert!(!is_key_frame(&mut builder, 3));
+
+    // Scans are mapped without it.
+    let mut builder = MapBuilder::new(with_history()).unwrap();
+    assert!(is_key_frame(&mut builder, 0));
+    let scan = builder.insert_scan(frames[1].frame.timestamp(), &[[2.0, 0.0, 0.5]], &pose).unwrap().id;
+    builder.correct_poses(&[(FrameId::new(0), pose), (scan, moved)]).unwrap();
+    assert!(!is_key_frame(&mut builder, 2));
+}

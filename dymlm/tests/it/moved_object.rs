@@ -1,7 +1,7 @@
 //! A hand takes a thing from the table and puts it down elsewhere: all maps follow.
 
 use crate::common::fingerprint;
-use dymlm::core::{Frame, ObjectId, Pose};
+use dymlm::core::{Frame, FrameId, ObjectId, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
@@ -113,6 +113,46 @@ fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
     assert_eq!(object_at(&builder, &moved), Some(object));
     let there = static_points(&builder, &above_table(&moved));
     assert!(there as f64 > 0.8 * before as f64, "{there} points at the new place of {before}");
+}
+
+/// Regression: the thing was moved from where the correction of the newest frame would have brought it, while the
+/// frames that saw it stand there had stayed.
+#[test]
+fn a_thing_that_is_carried_while_poses_are_corrected_is_put_down_where_it_stands() {
+    let sequence = sequence();
+    let [old, new] = [0, FRAMES - 1].map(|index| sequence.carried_thing(index).unwrap());
+    let (mut builder, first) = map_before(&sequence, BEFORE);
+    let object = object_at(&builder, &old).unwrap();
+    let config = ObjectTrackerConfig::default();
+    let mut tracker = builder.track_object(object, &first.frame, &first.world_from_camera, &config).unwrap();
+    let mut at_rest = (FrameId::new(BEFORE as u64 - 1), first.world_from_camera);
+    let correction = Pose::new([0.4, -0.3, 0.0], [0.0, 0.0, 0.28, 0.96]).unwrap();
+    let (mut new_from_old, mut moves) = (Pose::identity(), Vec::new());
+    for index in (BEFORE..FRAMES).step_by(STEP) {
+        let frame = sequence.frame(index).unwrap();
+        let pose = new_from_old * frame.world_from_camera;
+        let update = tracker.track(&frame.frame, &frame.detections, &pose).unwrap();
+        let moved = builder.follow_object(object, &tracker, &update).unwrap();
+        if moved.is_some() {
+            let mut there = new;
+            there.world_from_object = new_from_old * new.world_from_object;
+            assert_eq!(object_at(&builder, &there), Some(object), "{moved:?}");
+            moves.extend(moved);
+            break;
+        }
+        let newest = builder.insert(&frame.frame, &frame.detections, &pose).unwrap().id;
+        if update.state == ObjectState::AtRest {
+            at_rest = (newest, pose);
+        }
+        // Halfway.
+        if new_from_old == Pose::identity() && index > 4 * RATE as usize {
+            assert_eq!(update.state, ObjectState::Tracking);
+            let report = builder.correct_poses(&[at_rest, (newest, correction * pose)]).unwrap();
+            tracker.move_world(&report.new_from_old);
+            new_from_old = report.new_from_old;
+        }
+    }
+    assert_eq!(moves.len(), 1);
 }
 
 fn assert_moved(builder: &MapBuilder, object: ObjectId, [old, new]: [&CarriedThing; 2], before: usize) {

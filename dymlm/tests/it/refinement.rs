@@ -1,8 +1,12 @@
 //! Poses that are refined by planes.
 #![cfg(feature = "refine")]
+use std::collections::{BTreeMap, BTreeSet};
+
 use dymlm::planes::MapPlane;
-use dymlm::{Error, HistoryConfig, LoopClosure, MapBuilder, MapConfig, RefineConfig};
-use dymlm_core::{FrameId, PinholeCamera, Pose};
+use dymlm::{
+    Error, HistoryConfig, LoopClosure, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, ThingChanges,
+};
+use dymlm_core::{FrameId, ObjectId, PinholeCamera, PlaneId, Pose};
 use dymlm_metrics::TrajectoryScore;
 use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
@@ -67,10 +71,58 @@ fn planes_that_are_met_again_are_one() {
     let mut builder = mapped(&sequence);
     let before = error(&builder, &sequence);
     assert!(builder.map().refined_poses(&RefineConfig::default(), &[]).unwrap().met_again > 3);
+    let poses = |builder: &MapBuilder| builder.trajectory().map(|(_, _, pose)| pose).collect::<Vec<Pose>>();
+    let (old, planes, objects) = (poses(&builder), planes_of(builder.map()), objects_of(builder.map()));
     let report = builder.refine_poses(&RefineConfig::default()).unwrap();
     let after = error(&builder, &sequence);
     assert!(after < 0.25 * before, "{before} m before, {after} m after");
     assert!((2..4).contains(&report.costs.len()), "{:?}", report.costs);
+
+    // The correction that is reported is that of all rounds.
+    let (new, correction) = (poses(&builder), &report.correction);
+    let followed = correction.new_from_old * *old.last().unwrap();
+    let newest = new.last().unwrap();
+    assert!(followed.distance(newest) < 1e-9 && followed.angle(newest) < 1e-9, "{correction:?}");
+    let motions = old.iter().zip(&new).map(|(old, new)| old.distance(new));
+    let largest = motions.fold(0.0, f64::max);
+    assert!(correction.largest_motion >= largest, "{} m of {largest} m", correction.largest_motion);
+    assert!(correction.moved_key_frames <= correction.key_frames);
+    assert_changed(&planes, &planes_of(builder.map()), &correction.planes);
+    assert_changed(&objects, &objects_of(builder.map()), &correction.objects);
+}
+
+fn planes_of(map: &MultiLevelMap) -> BTreeMap<PlaneId, [f64; 3]> {
+    map.planes().iter().map(|plane| (plane.id(), plane.centroid())).collect()
+}
+
+fn objects_of(map: &MultiLevelMap) -> BTreeMap<ObjectId, [f64; 3]> {
+    map.objects().objects().map(|object| (object.id(), object.oriented_box().center())).collect()
+}
+
+/// What was there before leads, by the changes that are reported, to what is there now.
+fn assert_changed<Id: Ord + Copy + std::fmt::Debug>(
+    before: &BTreeMap<Id, [f64; 3]>,
+    now: &BTreeMap<Id, [f64; 3]>,
+    changes: &ThingChanges<Id>,
+) {
+    let gone: BTreeSet<Id> =
+        changes.merged.iter().map(|(id, _)| *id).chain(changes.vanished.iter().copied()).collect();
+    let new: BTreeSet<Id> =
+        changes.split.iter().map(|(_, part)| *part).chain(changes.appeared.iter().copied()).collect();
+    assert!(before.keys().filter(|id| !now.contains_key(id)).eq(&gone), "{changes:?}");
+    assert!(now.keys().filter(|id| !before.contains_key(id)).eq(&new), "{changes:?}");
+    let motion = |(&id, place): (&Id, &[f64; 3])| {
+        let new = now.get(&id)?;
+        let distance = (0..3).map(|i| (new[i] - place[i]).powi(2)).sum::<f64>().sqrt();
+        (distance > 0.0).then_some((id, distance))
+    };
+    let moved: Vec<(Id, f64)> = before.iter().filter_map(motion).collect();
+    let reported = changes.moved.iter().map(|moved| (moved.id, moved.distance));
+    let same = |((a, far), (b, reported)): (&(Id, f64), (Id, f64))| *a == b && (far - reported).abs() < 1e-9;
+    assert!(
+        moved.len() == changes.moved.len() && moved.iter().zip(reported).all(same),
+        "{moved:?} {changes:?}"
+    );
 }
 
 /// Of three loop closures the wrong one is named. Their frames need not be key frames.

@@ -218,6 +218,35 @@ fn what_was_never_saved_is_saved_at_the_end() {
     assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
 }
 
+/// Regression: maps that were resumed and came to nothing replaced those of another folder.
+#[test]
+fn loaded_maps_to_which_nothing_was_added_are_saved_at_the_end_alone() {
+    let parent = tempfile::tempdir().unwrap();
+    let [from, to] = ["from", "to"].map(|name| parent.path().join(name));
+    mapped(HistoryConfig::None).map().save(&from).unwrap();
+    let mut other = MapBuilder::new(config(HistoryConfig::None)).unwrap();
+    insert(&mut other, 0..2);
+    other.map().save(&to).unwrap();
+    let stands = || fingerprint(&MultiLevelMap::load(&to).unwrap());
+    let start = |builder: &mut MapBuilder, interval| {
+        Autosave::start(builder.reader(), MapSaver::create(&to).unwrap(), interval).unwrap()
+    };
+
+    let mut resumed = MapBuilder::resume(MultiLevelMap::load(&from).unwrap()).unwrap();
+    let autosave = start(&mut resumed, Duration::from_millis(5));
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(stands() == fingerprint(other.map()));
+    drop(autosave);
+    assert!(stands() == fingerprint(other.map()));
+
+    start(&mut resumed, Duration::from_secs(3600)).finish().unwrap();
+    assert!(stands() == fingerprint(resumed.map()));
+    insert(&mut resumed, 6..8);
+    resumed.settle();
+    drop(start(&mut resumed, Duration::from_secs(3600)));
+    assert!(stands() == fingerprint(resumed.map()));
+}
+
 /// JSON has no infinity.
 #[test]
 fn infinite_amounts_of_a_config_are_saved() {
