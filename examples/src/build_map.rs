@@ -102,6 +102,7 @@ struct Arguments {
 /// The reason why the maps could not be built or written, for the terminal.
 pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let arguments = Arguments::parse();
+    check_inputs_stay(&arguments)?;
     let mut detector = detector_of(&arguments, open_detector)?;
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
     // The output folder is created first, so that an unwritable one is noticed before the run.
@@ -183,6 +184,23 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     Ok(())
 }
 
+/// Refuses a session file that is one of the files that are read: writing would empty it before, or while,
+/// it is read.
+fn check_inputs_stay(arguments: &Arguments) -> Result<(), AnyError> {
+    let Some(session) = &arguments.mcap else { return Ok(()) };
+    let Arguments { dataset, detections, trajectory, corrections, config, .. } = arguments;
+    let read = [dataset, detections, trajectory, corrections, config];
+    match read.into_iter().flatten().find(|path| is_same(path, session)) {
+        None => Ok(()),
+        Some(path) => Err(format!(
+            "--mcap {} would destroy {}, which is read: name another file",
+            session.display(),
+            path.display()
+        )
+        .into()),
+    }
+}
+
 fn detector_of(
     arguments: &Arguments,
     open_detector: Option<&OpenDetector>,
@@ -206,7 +224,7 @@ fn title(arguments: &Arguments) -> String {
 /// A builder of new maps or of the resumed ones, and the saver of its maps.
 fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
-        let (saver, map) = if same_folder(folder, &arguments.out) {
+        let (saver, map) = if is_same(folder, &arguments.out) {
             MapSaver::load(folder, None)?
         } else {
             (MapSaver::create(&arguments.out)?, MultiLevelMap::load(folder)?)
@@ -227,7 +245,8 @@ fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder
     Ok((MapBuilder::new(config)?, MapSaver::create(&arguments.out)?))
 }
 
-fn same_folder(one: &Path, other: &Path) -> bool {
+/// Whether two paths lead to one file or folder.
+fn is_same(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 

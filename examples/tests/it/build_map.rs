@@ -292,6 +292,18 @@ fn a_session_is_recorded_and_can_be_mapped_again() {
     let cloud = |folder: &Path| dymlm_io::read_ply(folder.join("cloud.ply")).unwrap();
     assert_eq!(cloud(&out).points(), cloud(&again).points());
 
+    // Another name of the file that is read; it stays as it was, and nothing is written.
+    let recorded = fs::read(&session).unwrap();
+    let same = format!("{}/dataset/../session.mcap", parent.path().display());
+    let nothing = text(&parent.path().join("nothing"));
+    let output = build_map(&["--dataset", &session, "--out", &nothing, "--mcap", &same]).unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && error.contains("--mcap") && error.contains("would destroy"),
+        "{error}"
+    );
+    assert!(fs::read(&session).unwrap() == recorded && !Path::new(&nothing).exists());
+
     // A file that cannot be written is reported before anything is mapped.
     let nowhere = text(&parent.path().join("none/session.mcap"));
     let output = build_map(&["--dataset", &dataset, "--out", &out_name, "--mcap", &nowhere]).unwrap();
