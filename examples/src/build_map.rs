@@ -74,6 +74,7 @@ struct Arguments {
         long,
         requires = "resume",
         value_parser = read_pose,
+        allow_hyphen_values = true,
         help = "\"tx ty tz qx qy qz qw\": takes this sequence's world to that of the resumed maps"
     )]
     world_from_session: Option<Pose>,
