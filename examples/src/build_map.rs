@@ -154,7 +154,7 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
         pictures.push(planes_from_camera(map.planes(), &middle.frame, &pose));
     }
 
-    let trajectory = mapped_trajectory(&builder, &source, first, &world_from_session)?;
+    let trajectory = mapped_trajectory(&builder, &source, first, &indices, &world_from_session)?;
     let page = observers.report.map(|recorder| {
         ReportPage::of(&Run {
             title: &title(&arguments),
@@ -431,19 +431,21 @@ fn mapped_pose(builder: &MapBuilder, frame: FrameId) -> Option<Pose> {
     builder.trajectory().find(|(id, ..)| *id == frame).map(|(.., pose)| pose)
 }
 
-/// The poses of this session's frames as they are mapped.
+/// The poses of this session's frames, those at `indices`, as they are mapped.
 fn mapped_trajectory(
     builder: &MapBuilder,
     source: &FrameSource,
     first: FrameId,
+    indices: &[usize],
     world_from_session: &Pose,
 ) -> Result<Trajectory, AnyError> {
     let own = builder.trajectory().filter(|(id, ..)| *id >= first);
     let mut poses: Vec<_> = own.map(|(_, time, pose)| (time, pose)).collect();
     if poses.is_empty() {
-        // Without a history, these are the given poses.
-        let given = |index| Some((source.timestamp(index)?, *world_from_session * source.pose(index)?));
-        poses.extend((0..source.len()).filter_map(given));
+        // Without a history, these are the given poses of the frames that were taken in.
+        let given =
+            |&index: &usize| Some((source.timestamp(index)?, *world_from_session * source.pose(index)?));
+        poses.extend(indices.iter().filter_map(given));
     }
     let stamped = |(timestamp, world_from_camera)| StampedPose { timestamp, world_from_camera };
     Ok(Trajectory::new(poses.into_iter().map(stamped).collect())?)

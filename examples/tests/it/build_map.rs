@@ -79,6 +79,11 @@ fn a_broken_frame_costs_a_warning_and_a_count() {
         assert!(warnings.contains(named), "{named} in {warnings}");
     }
 
+    // Of frames that were never mapped, no pose is listed.
+    let trajectory = Trajectory::read(out.join("trajectory.txt")).unwrap();
+    let times: Vec<f64> = trajectory.poses().iter().map(|pose| pose.timestamp).collect();
+    assert_eq!(times, [0.0, 0.5]);
+
     let report = fs::read_to_string(out.join("report.json")).unwrap();
     assert!(report.contains("\"frames\": 6") && report.contains("\"frames_skipped\": 4"), "{report}");
     assert!(
