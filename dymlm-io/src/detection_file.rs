@@ -6,6 +6,7 @@ use dymlm_core::{Detection, PackedDetection, RunLengths};
 use serde::{Deserialize, Serialize};
 
 use crate::text_lines::{content_lines, number};
+use crate::tum::association::associate;
 use crate::{Error, write_atomically};
 
 /// The detections of a sequence: `detections.jsonl` has one JSON object per line, for one frame:
@@ -78,7 +79,7 @@ impl DetectionFile {
     /// common cameras. Colour and depth images are associated with the same limit.
     pub const DEFAULT_TOLERANCE: f64 = 0.02;
 
-    /// Opens a detection file. A line belongs to the frame nearest in time, at most `tolerance` seconds away.
+    /// Opens a detection file. A line belongs to a frame at most `tolerance` seconds away.
     ///
     /// # Errors
     ///
@@ -101,11 +102,48 @@ impl DetectionFile {
     /// The detections of the frame whose colour image has this time: none when nothing was found, `None` when
     /// the file has no line for that frame. Masks are decoded anew by each call.
     ///
+    /// The line nearest in time counts, though another frame may be nearer to it: with frames closer to each
+    /// other than the tolerance, one line may be found for several. [`TumRecording`](crate::TumRecording)
+    /// knows all its frames, and gives each line to one.
+    ///
     /// # Errors
     ///
     /// [`Error::Line`] when the frame's line is a bad one.
     pub fn at(&self, timestamp: f64) -> Result<Option<Vec<Detection>>, Error> {
-        if let Some(frame) = self.nearest(timestamp) {
+        self.found(self.nearest(timestamp), timestamp)
+    }
+
+    /// [`Self::at`] for a frame of [`Self::lines_of`], given its line there.
+    pub(crate) fn at_line(
+        &self,
+        line: Option<usize>,
+        timestamp: f64,
+    ) -> Result<Option<Vec<Detection>>, Error> {
+        self.found(line.and_then(|index| self.frames.get(index)), timestamp)
+    }
+
+    /// Which line each frame has, given the times of all frames of the recording: one to one, the closest
+    /// pairs first. A detector that ran on every second frame of a fast camera has said nothing of the
+    /// frames between, although these too are within the tolerance of its lines.
+    pub(crate) fn lines_of(&self, times: &[f64]) -> Vec<Option<usize>> {
+        // A frame's time is that of its colour image, and the frames are in the order of their depth images.
+        let mut order: Vec<usize> = (0..times.len()).collect();
+        order.sort_by(|&a, &b| times[a].total_cmp(&times[b]));
+        let seen: Vec<f64> = order.iter().map(|&index| times[index]).collect();
+        // Of lines with the same time only the first counts: the others must not go to the neighbours.
+        let is_first = |&at: &usize| at == 0 || self.frames[at - 1].timestamp < self.frames[at].timestamp;
+        let lines: Vec<usize> = (0..self.frames.len()).filter(is_first).collect();
+        let said: Vec<f64> = lines.iter().map(|&at| self.frames[at].timestamp).collect();
+        let mut found = vec![None; times.len()];
+        for pair in associate(&seen, &said, self.tolerance) {
+            found[order[pair.color]] = Some(lines[pair.depth]);
+        }
+        found
+    }
+
+    /// The detections of a frame's line or, without one, the error of a line that may be the frame's.
+    fn found(&self, frame: Option<&DetectedFrame>, timestamp: f64) -> Result<Option<Vec<Detection>>, Error> {
+        if let Some(frame) = frame {
             return match &frame.detections {
                 Ok(detections) => Ok(Some(detections.iter().map(PackedDetection::unpacked).collect())),
                 Err(reason) => Err(Error::line(&self.path, frame.line, reason)),

@@ -79,6 +79,9 @@ pub enum Error {
         /// Given radius, metres.
         radius: f64,
     },
+    /// An update of an inflated grid: the margin around obstacles would be lost.
+    #[error("an inflated grid cannot be updated: update the grid that was inflated, and inflate it again")]
+    Inflated,
     /// A greatest distance of a [`DistanceField`](crate::DistanceField) that is not positive.
     #[error("no distance field up to {max_distance} m: not positive")]
     MaxDistance {

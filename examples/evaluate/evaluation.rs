@@ -77,12 +77,10 @@ pub(crate) struct Evaluation {
     pub(crate) beside_plan: Option<PlanPicture>,
 }
 
-/// The variants of the input, one builder for each combination.
+/// The variants of the input, one builder for each combination, and for each of the subject's detectors.
 pub(crate) struct Ways<'a> {
     /// The treatments of movers.
     pub(crate) treatments: &'a [Treatment],
-    /// The frames in which the detector runs.
-    pub(crate) detectors: &'a [Detector],
     /// Detections of a lower score are left out.
     pub(crate) min_score: f32,
     /// The kinds of poses, and whether the maps are corrected at the end.
@@ -147,10 +145,10 @@ fn evaluate_subject(subject: &Subject, ways: &Ways<'_>, bar: &ProgressBar) -> Re
 
 /// A builder for each variant.
 fn runs(ways: &Ways<'_>, subject: &Subject) -> Result<Vec<Run>, AnyError> {
-    let Ways { treatments, detectors, min_score, poses } = *ways;
+    let Ways { treatments, min_score, poses } = *ways;
     let mut runs = Vec::new();
     for &treatment in treatments {
-        for &detector in detectors {
+        for &detector in &subject.detectors {
             for &poses in poses {
                 runs.push(Run::new(treatment, detector, min_score, subject.sensor, poses)?);
             }

@@ -7,7 +7,8 @@
 //! figure is worse than its limit.
 //!
 //! `--sensors` maps `walking_xyz` as seen by several depth cameras, each with its own sensor model;
-//! `--detector-rate 10` takes sequences at 30 Hz, once with detections in each frame and once in every third.
+//! `--detector-rate 10` takes sequences at 30 Hz, once with detections in each frame and once in every third;
+//! a building keeps its `--rate`, of which the detector's is a share.
 //!
 //! `--unlabelled` takes sequences with people and things that move and are never detected, `--fresh SEED`
 //! other people in other rooms (both: undetected movers in these rooms); `--no-detections` and `--min-score
@@ -54,7 +55,7 @@ use dymlm_examples::AnyError;
 
 use crate::drift::DriftArguments;
 use crate::evaluation::{Row, Ways};
-use crate::treatment::{Detector, Treatment};
+use crate::treatment::Treatment;
 
 /// Measures the maps, one row for each sequence and treatment of movers.
 #[derive(Parser)]
@@ -64,7 +65,7 @@ struct Arguments {
     #[arg(long)]
     baseline: bool,
     /// Takes two short sequences and fails when a figure is worse than its limit
-    #[arg(long, conflicts_with_all = ["dataset", "baseline"])]
+    #[arg(long, conflicts_with_all = ["dataset", "baseline", "every"])]
     quick: bool,
     /// Only every N-th frame
     #[arg(long, default_value_t = 1)]
@@ -84,7 +85,8 @@ struct Arguments {
     /// fails when a figure is worse than its limit
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
     sensors: bool,
-    /// Takes frames at 30 Hz, once with detections in all of them and once only this many times a second
+    /// Takes frames at 30 Hz (in a building at its rate), once with detections in all of them and once only this
+    /// many times a second
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick", "sensors"])]
     detector_rate: Option<f64>,
     /// Sequences with people and things that move and are never detected instead
@@ -102,7 +104,14 @@ struct Arguments {
     )]
     building: Option<u64>,
     /// A floor of a building in eight recordings of two days instead: scores the changes found between them
-    #[arg(long, value_name = "SEED", conflicts_with_all = ["dataset", "quick", "sensors", "unlabelled", "fresh", "building"])]
+    #[arg(
+        long,
+        value_name = "SEED",
+        conflicts_with_all = [
+            "dataset", "quick", "sensors", "unlabelled", "fresh", "building", "every", "baseline", "drift",
+            "detector_rate", "no_detections", "min_score", "only", "markdown"
+        ]
+    )]
     recordings: Option<u64>,
     /// A building with the walls of this floor plan instead: a .yaml file as ROS's map server reads it
     #[arg(
@@ -158,7 +167,7 @@ struct Arguments {
     #[arg(long, requires = "dataset")]
     reference: Option<PathBuf>,
     /// Detection file; default: the dataset's detections.jsonl
-    #[arg(long)]
+    #[arg(long, requires = "dataset")]
     detections: Option<PathBuf>,
 }
 
@@ -197,16 +206,12 @@ fn main() -> Result<(), AnyError> {
         Arguments { no_detections: true, .. } => &[Treatment::NoDetections],
         _ => &[Treatment::Silhouettes],
     };
-    let mut detectors = vec![Detector::EveryFrame];
     if let Some(rate) = arguments.detector_rate {
-        if !(rate > 0.0 && rate <= subjects::FAST_FRAME_RATE) {
-            return Err(format!("--detector-rate {rate} is outside its range 0..=30").into());
-        }
-        detectors.push(Detector::EveryNth((subjects::FAST_FRAME_RATE / rate).round() as usize));
+        subjects.iter_mut().try_for_each(|subject| subject.add_slow_detector(rate))?;
     }
     arguments.drift.apply(&mut subjects)?;
     let (min_score, poses) = (arguments.min_score, arguments.drift.poses());
-    let ways = Ways { treatments, detectors: &detectors, min_score, poses };
+    let ways = Ways { treatments, min_score, poses };
     let evaluations = evaluation::evaluate(&subjects, &ways)?;
     for (subject, evaluation) in subjects.iter().zip(&evaluations) {
         if let Some(picture) = &evaluation.beside_plan {

@@ -8,6 +8,7 @@ use dymlm_sim::{
 
 use crate::Arguments;
 use crate::drift::true_poses;
+use crate::treatment::Detector;
 
 /// A sequence that maps are built from.
 pub(crate) struct Subject {
@@ -21,6 +22,8 @@ pub(crate) struct Subject {
     pub(crate) sensor: SensorModel,
     /// The drifting poses of the frames; the true ones without drift.
     pub(crate) drifting: Vec<Pose>,
+    /// The frames in which the detector runs: one row of the table for each.
+    pub(crate) detectors: Vec<Detector>,
 }
 
 impl Subject {
@@ -29,8 +32,23 @@ impl Subject {
         Ok(Self::of(sequence, named.name, named.set, SensorModel::default()))
     }
 
+    /// Also maps with a detector that runs this many times a second, in every n-th of this sequence's frames.
+    pub(crate) fn add_slow_detector(&mut self, rate: f64) -> Result<(), AnyError> {
+        let frame_rate = self.sequence.config().frame_rate;
+        if !(rate > 0.0 && rate <= frame_rate) {
+            let name = &self.name;
+            return Err(format!(
+                "--detector-rate {rate} is outside its range: {name} has {frame_rate} frames a second"
+            )
+            .into());
+        }
+        self.detectors.push(Detector::EveryNth((frame_rate / rate).round() as usize));
+        Ok(())
+    }
+
     fn of(sequence: Sequence, name: String, set: SequenceSet, sensor: SensorModel) -> Self {
-        Self { name, set, drifting: true_poses(&sequence), sequence, sensor }
+        let (drifting, detectors) = (true_poses(&sequence), vec![Detector::EveryFrame]);
+        Self { name, set, sequence, sensor, drifting, detectors }
     }
 }
 

@@ -3,7 +3,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use dymlm::octree::{CellState, GridRegion, OccupancyGrid};
 use dymlm::{FloorGrid, FloorGridConfig, MultiLevelMap};
-use dymlm_examples::{AnyError, up_of_planes};
+use dymlm_examples::{AnyError, up_of_map};
+
+use crate::triple;
 
 #[derive(Args)]
 pub(crate) struct GridArguments {
@@ -19,9 +21,9 @@ pub(crate) struct GridArguments {
     /// Writes one grid for each floor
     #[arg(long, conflicts_with = "at")]
     floors: bool,
-    /// The approximate up direction in the map's world: x y z
-    #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
-    up: Vec<f64>,
+    /// The approximate up direction in the map's world, if the map does not know it: x y z
+    #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
+    up: Option<Vec<f64>>,
     /// Lowest height above the floor at which something is an obstacle, metres
     #[arg(long, default_value_t = FloorGridConfig::default().min_height)]
     min_height: f64,
@@ -45,7 +47,7 @@ pub(crate) struct GridArguments {
 /// Makes the requested grids, and writes a .yaml and a .pgm file for each.
 pub(crate) fn write(arguments: &GridArguments) -> Result<(), AnyError> {
     let map = MultiLevelMap::load(&arguments.map)?;
-    let up = up_of_planes(map.planes(), triple(&arguments.up));
+    let up = up_of_map(&map, arguments.up.as_deref().map(triple))?;
     let config = config_of(arguments);
     let floors = match &arguments.at {
         Some(at) => vec![map.floor_grid(triple(at), up, &config)?],
@@ -89,8 +91,4 @@ fn described(floor: &FloorGrid, grid: &OccupancyGrid) -> String {
         count(CellState::Free),
         floor.planes().len()
     )
-}
-
-fn triple(numbers: &[f64]) -> [f64; 3] {
-    std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
 }

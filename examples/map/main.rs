@@ -3,8 +3,8 @@
 //! `cargo run --release --example map -- info DIR`
 //! `cargo run --release --example map -- changes DIR`
 //! `cargo run --release --example map -- merge A B ... --out DIR [--poses FILE]`
-//! `cargo run --release --example map -- grid DIR --out map.yaml [--at X Y Z] [--floors] [--inflate R] [--region X Y X Y]`
-//! `cargo run --release --example map -- gltf DIR --out map.glb`
+//! `cargo run --release --example map -- grid DIR --out map.yaml [--at X Y Z] [--floors] [--inflate R] [--region X Y X Y] [--up X Y Z]`
+//! `cargo run --release --example map -- gltf DIR --out map.glb [--up X Y Z]`
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
 use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
-use dymlm_examples::{AnyError, Failure, read_pose, up_of_planes};
+use dymlm_examples::{AnyError, Failure, read_pose, up_of_map};
 
 use crate::floor_grids::GridArguments;
 
@@ -61,9 +61,9 @@ enum Command {
         /// The file
         #[arg(long, default_value = "map.glb")]
         out: PathBuf,
-        /// The approximate up direction in the map's world: x y z
-        #[arg(long, num_args = 3, allow_hyphen_values = true, default_values_t = [0.0, 0.0, 1.0])]
-        up: Vec<f64>,
+        /// The approximate up direction in the map's world, if the map does not know it: x y z
+        #[arg(long, num_args = 3, allow_hyphen_values = true, value_names = ["X", "Y", "Z"])]
+        up: Option<Vec<f64>>,
     },
 }
 
@@ -73,7 +73,7 @@ fn main() -> Result<(), Failure> {
         Command::Changes { map } => changes(&map),
         Command::Merge { maps, out, poses } => merge(&maps, &out, poses.as_deref()),
         Command::Grid(arguments) => floor_grids::write(&arguments),
-        Command::Gltf { map, out, up } => gltf(&map, &out, [up[0], up[1], up[2]]),
+        Command::Gltf { map, out, up } => gltf(&map, &out, up.as_deref().map(triple)),
     }?)
 }
 
@@ -182,9 +182,14 @@ fn read_poses(file: &Path) -> Result<Vec<Pose>, AnyError> {
     poses.collect()
 }
 
-fn gltf(folder: &Path, out: &Path, up: [f64; 3]) -> Result<(), AnyError> {
+/// The three numbers of an argument.
+pub(crate) fn triple(numbers: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
+}
+
+fn gltf(folder: &Path, out: &Path, up: Option<[f64; 3]>) -> Result<(), AnyError> {
     let map = MultiLevelMap::load(folder)?;
-    map.write_glb(out, up_of_planes(map.planes(), up))?;
+    map.write_glb(out, up_of_map(&map, up)?)?;
     println!("{:.1} MB: {}", std::fs::metadata(out)?.len() as f64 / 1e6, out.display());
     Ok(())
 }

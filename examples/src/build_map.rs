@@ -74,6 +74,7 @@ struct Arguments {
         long,
         requires = "resume",
         value_parser = read_pose,
+        allow_hyphen_values = true,
         help = "\"tx ty tz qx qy qz qw\": takes this sequence's world to that of the resumed maps"
     )]
     world_from_session: Option<Pose>,
@@ -102,6 +103,7 @@ struct Arguments {
 /// The reason why the maps could not be built or written, for the terminal.
 pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let arguments = Arguments::parse();
+    check_inputs_stay(&arguments)?;
     let mut detector = detector_of(&arguments, open_detector)?;
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
     // The output folder is created first, so that an unwritable one is noticed before the run.
@@ -152,7 +154,7 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
         pictures.push(planes_from_camera(map.planes(), &middle.frame, &pose));
     }
 
-    let trajectory = mapped_trajectory(&builder, &source, first, &world_from_session)?;
+    let trajectory = mapped_trajectory(&builder, &source, first, &indices, &world_from_session)?;
     let page = observers.report.map(|recorder| {
         ReportPage::of(&Run {
             title: &title(&arguments),
@@ -183,6 +185,23 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     Ok(())
 }
 
+/// Refuses a session file that is one of the files that are read: writing would empty it before, or while,
+/// it is read.
+fn check_inputs_stay(arguments: &Arguments) -> Result<(), AnyError> {
+    let Some(session) = &arguments.mcap else { return Ok(()) };
+    let Arguments { dataset, detections, trajectory, corrections, config, .. } = arguments;
+    let read = [dataset, detections, trajectory, corrections, config];
+    match read.into_iter().flatten().find(|path| is_same(path, session)) {
+        None => Ok(()),
+        Some(path) => Err(format!(
+            "--mcap {} would destroy {}, which is read: name another file",
+            session.display(),
+            path.display()
+        )
+        .into()),
+    }
+}
+
 fn detector_of(
     arguments: &Arguments,
     open_detector: Option<&OpenDetector>,
@@ -206,7 +225,7 @@ fn title(arguments: &Arguments) -> String {
 /// A builder of new maps or of the resumed ones, and the saver of its maps.
 fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
-        let (saver, map) = if same_folder(folder, &arguments.out) {
+        let (saver, map) = if is_same(folder, &arguments.out) {
             MapSaver::load(folder, None)?
         } else {
             (MapSaver::create(&arguments.out)?, MultiLevelMap::load(folder)?)
@@ -227,7 +246,8 @@ fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder
     Ok((MapBuilder::new(config)?, MapSaver::create(&arguments.out)?))
 }
 
-fn same_folder(one: &Path, other: &Path) -> bool {
+/// Whether two paths lead to one file or folder.
+fn is_same(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
@@ -411,19 +431,21 @@ fn mapped_pose(builder: &MapBuilder, frame: FrameId) -> Option<Pose> {
     builder.trajectory().find(|(id, ..)| *id == frame).map(|(.., pose)| pose)
 }
 
-/// The poses of this session's frames as they are mapped.
+/// The poses of this session's frames, those at `indices`, as they are mapped.
 fn mapped_trajectory(
     builder: &MapBuilder,
     source: &FrameSource,
     first: FrameId,
+    indices: &[usize],
     world_from_session: &Pose,
 ) -> Result<Trajectory, AnyError> {
     let own = builder.trajectory().filter(|(id, ..)| *id >= first);
     let mut poses: Vec<_> = own.map(|(_, time, pose)| (time, pose)).collect();
     if poses.is_empty() {
-        // Without a history, these are the given poses.
-        let given = |index| Some((source.timestamp(index)?, *world_from_session * source.pose(index)?));
-        poses.extend((0..source.len()).filter_map(given));
+        // Without a history, these are the given poses of the frames that were taken in.
+        let given =
+            |&index: &usize| Some((source.timestamp(index)?, *world_from_session * source.pose(index)?));
+        poses.extend(indices.iter().filter_map(given));
     }
     let stamped = |(timestamp, world_from_camera)| StampedPose { timestamp, world_from_camera };
     Ok(Trajectory::new(poses.into_iter().map(stamped).collect())?)

@@ -37,7 +37,7 @@ pub use report_page::{ReportPage, Run, RunRecorder};
 pub use run_observers::RunObservers;
 pub use run_report::{CorrectionCost, RunReport, insertion_time, peak_memory_bytes, step_time, timed};
 pub use session_file::SessionFile;
-pub use statistics::{Milliseconds, mean_up, up_of_planes};
+pub use statistics::{Milliseconds, mean_up, up_of_map, up_of_planes};
 
 /// Any error of an example: it is printed and ends the program.
 pub type AnyError = Box<dyn std::error::Error + Send + Sync>;

@@ -1,6 +1,8 @@
-use dymlm::PlaneMap;
 use dymlm::core::Pose;
+use dymlm::{MultiLevelMap, PlaneMap};
 use serde::Serialize;
+
+use crate::AnyError;
 
 /// Median, 95 % quantile and maximum of durations, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -44,6 +46,18 @@ pub fn up_of_planes(planes: &PlaneMap, about: [f64; 3]) -> [f64; 3] {
     let level = planes.iter().filter(|plane| cosine(plane.plane().normal()) > 0.5_f64.sqrt());
     let largest = level.max_by(|a, b| a.area().total_cmp(&b.area()));
     largest.map_or(about, |plane| plane.plane().normal())
+}
+
+/// Up in a saved map: by its planes, about the direction that is given on the command line or else about the
+/// one that the map knows.
+///
+/// # Errors
+///
+/// When neither is known: z need not be up, as in the worlds of cameras that look ahead.
+pub fn up_of_map(map: &MultiLevelMap, given: Option<[f64; 3]>) -> Result<[f64; 3], AnyError> {
+    let about = given.or_else(|| map.up());
+    let about = about.ok_or("the map does not know what is up: give it, as --up 0 0 1 where z is up")?;
+    Ok(up_of_planes(map.planes(), about))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::image_reader::{FrameBuffers, ImageReader};
 use super::lists::{Lists, read_lists};
 use super::options::TumOptions;
 use crate::trajectory::TrajectoryFile;
-use crate::{Error, Trajectory, TrajectoryGap};
+use crate::{DetectionFile, Error, Trajectory, TrajectoryGap};
 
 /// An open TUM RGB-D dataset: lists of images, a trajectory and a camera. Images are read one frame at a
 /// time.
@@ -53,6 +53,10 @@ pub struct TumDataset {
     folder: PathBuf,
     images: ImageReader,
     frames: Vec<TumFrame>,
+    /// The times of all listed frames as a detector sees them, also of those that are left out by
+    /// [`TumOptions::every`]: their detections are no other frame's.
+    seen_at: Vec<f64>,
+    every: usize,
     trajectory_path: PathBuf,
     trajectory: TrajectoryFile,
     max_interpolation_gap: f64,
@@ -78,6 +82,7 @@ impl TumDataset {
         let trajectory = read_trajectory(&trajectory_path, &mut faults)?;
 
         frames.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp));
+        let seen_at = frames.iter().map(TumFrame::seen_at).collect();
         let mut frames: Vec<TumFrame> = frames.into_iter().step_by(options.every).collect();
         for frame in &mut frames {
             frame.world_from_camera =
@@ -87,6 +92,8 @@ impl TumDataset {
             folder: folder.to_path_buf(),
             images,
             frames,
+            seen_at,
+            every: options.every,
             trajectory_path,
             trajectory,
             max_interpolation_gap: options.max_interpolation_gap,
@@ -115,6 +122,11 @@ impl TumDataset {
     /// The frames that [`TumOptions::every`] selects, in time order.
     pub fn frames(&self) -> &[TumFrame] {
         &self.frames
+    }
+
+    /// For each frame, what [`DetectionFile::lines_of`] finds among all listed frames.
+    pub(super) fn lines_of(&self, detections: &DetectionFile) -> Vec<Option<usize>> {
+        detections.lines_of(&self.seen_at).into_iter().step_by(self.every).collect()
     }
 
     /// The trajectory.

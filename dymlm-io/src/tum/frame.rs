@@ -22,6 +22,13 @@ pub struct TumFrame {
     pub(super) color_listing: Listing,
 }
 
+impl TumFrame {
+    /// The time at which a detector has seen the frame.
+    pub(super) fn seen_at(&self) -> f64 {
+        self.color_timestamp.unwrap_or(self.timestamp)
+    }
+}
+
 /// The place of an image in a list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Listing {

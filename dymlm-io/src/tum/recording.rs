@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use dymlm_core::{Detection, Frame, PinholeCamera, Pose};
+use dymlm_core::{Detection, Frame, Pose};
 
 use super::{FrameBuffers, TumDataset, TumOptions};
 use crate::{DetectionFile, Error, YoloFolder, read_class_names};
@@ -17,7 +17,11 @@ enum RecordedDetections {
     None,
     /// The caller does not want them.
     LeftAlone,
-    File(DetectionFile),
+    File {
+        file: DetectionFile,
+        /// The line of each frame.
+        lines: Vec<Option<usize>>,
+    },
     Yolo(YoloFolder),
 }
 
@@ -34,7 +38,7 @@ pub struct RecordedFrame {
 }
 
 impl TumRecording {
-    /// Opens a dataset with its detections: a JSON-lines file or a YOLO folder (with class names in its
+    /// Opens a dataset with its detections, each line of them for the frame nearest in time: a JSON-lines file or a YOLO folder (with class names in its
     /// `names.txt`). If `detections` is `None`, the dataset's own `detections.jsonl` is used, if there is
     /// one.
     ///
@@ -50,7 +54,7 @@ impl TumRecording {
         let own = folder.as_ref().join("detections.jsonl");
         let detections = match detections.or_else(|| own.exists().then_some(&*own)) {
             None => RecordedDetections::None,
-            Some(path) => RecordedDetections::open(path, dataset.camera())?,
+            Some(path) => RecordedDetections::open(path, &dataset)?,
         };
         Ok(Self { dataset, detections })
     }
@@ -79,7 +83,9 @@ impl TumRecording {
             RecordedDetections::None => {
                 warnings.push("no detections: only late removal keeps movers out of the map".into());
             }
-            RecordedDetections::File(file) => warnings.extend(file.faults().iter().map(ToString::to_string)),
+            RecordedDetections::File { file, .. } => {
+                warnings.extend(file.faults().iter().map(ToString::to_string));
+            }
             RecordedDetections::LeftAlone | RecordedDetections::Yolo(_) => {}
         }
         warnings
@@ -108,7 +114,9 @@ impl TumRecording {
         let Some(listed) = self.dataset.frames().get(index) else { return Ok(None) };
         Ok(match &self.detections {
             RecordedDetections::None | RecordedDetections::LeftAlone => None,
-            RecordedDetections::File(file) => file.at(listed.color_timestamp.unwrap_or(listed.timestamp))?,
+            RecordedDetections::File { file, lines } => {
+                file.at_line(lines.get(index).copied().flatten(), listed.seen_at())?
+            }
             RecordedDetections::Yolo(folder) => {
                 Some(folder.read(listed.color.as_ref().unwrap_or(&listed.depth))?)
             }
@@ -117,11 +125,14 @@ impl TumRecording {
 }
 
 impl RecordedDetections {
-    fn open(path: &Path, camera: &PinholeCamera) -> Result<Self, Error> {
+    fn open(path: &Path, dataset: &TumDataset) -> Result<Self, Error> {
         if path.is_dir() {
+            let camera = dataset.camera();
             let names = read_class_names(path.join("names.txt"))?;
             return Ok(Self::Yolo(YoloFolder::open(path, names, camera.width(), camera.height())?));
         }
-        Ok(Self::File(DetectionFile::open(path, DetectionFile::DEFAULT_TOLERANCE)?))
+        let file = DetectionFile::open(path, DetectionFile::DEFAULT_TOLERANCE)?;
+        let lines = dataset.lines_of(&file);
+        Ok(Self::File { file, lines })
     }
 }

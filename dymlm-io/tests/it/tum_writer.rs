@@ -158,3 +158,50 @@ fn detections_that_nobody_asks_for_are_left_alone() {
         assert_eq!((loaded.frame.color(), loaded.detections), (frame(index).color(), None));
     }
 }
+
+/// Frames at 60 Hz, 17 ms apart, and a detector on every second one: its lines are within the tolerance of the
+/// frames between, on which it has not run.
+#[test]
+fn each_line_of_detections_is_one_frame_s() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("fast");
+    let time = |index: usize| index as f64 / 60.0;
+    let mut writer = TumWriter::create(&folder, &camera()).unwrap();
+    for index in 0..8 {
+        writer.write(&flat_frame(time(index), 1.0, None), &[], &pose(0)).unwrap();
+    }
+    writer.finish().unwrap();
+    // Lines are a bit late; one time occurs twice, and one line is damaged.
+    let line = |time: f64, label: &str| {
+        let found = format!(r#"{{"label": "{label}", "score": 0.75, "bbox": [0.25, 1, 4.5, 4]}}"#);
+        format!("{{\"timestamp\": {time:.6}, \"detections\": [{found}]}}\n")
+    };
+    let late = |index: usize| time(index) + 0.004;
+    let lines = [
+        line(late(0), "0"),
+        line(late(2), "2"),
+        line(late(2), "again"),
+        format!("{{\"timestamp\": {:.6}, \"detect\n", late(4)),
+        line(late(6), "6"),
+    ];
+    std::fs::write(folder.join("detections.jsonl"), lines.concat()).unwrap();
+
+    let mut buffers = FrameBuffers::default();
+    let mut found = |every: usize| {
+        let mut options = TumOptions::default();
+        options.every = every;
+        let recording = TumRecording::open(&folder, None, &options).unwrap();
+        let frames = 0..recording.dataset().frames().len();
+        let label = |index: usize| match recording.load(index, &mut buffers) {
+            Ok(loaded) => loaded.detections.map_or("none".to_owned(), |found| found[0].label().to_owned()),
+            Err(error) => {
+                assert!(error.to_string().contains("detections.jsonl, line 4"), "{error}");
+                "damaged".to_owned()
+            }
+        };
+        frames.map(label).collect::<Vec<_>>()
+    };
+    assert_eq!(found(1), ["0", "none", "2", "none", "damaged", "none", "6", "none"]);
+    // The detections of a frame that is left out are no other's.
+    assert_eq!(found(3), ["0", "none", "6"]);
+}

@@ -16,6 +16,8 @@ pub struct OccupancyGrid {
     pub(super) world_from_grid: Pose,
     pub(super) cells: Vec<CellState>,
     pub(super) heights: Heights,
+    /// Whether obstacles have a margin: an update would project cells anew, without theirs.
+    pub(super) is_inflated: bool,
 }
 
 /// Lowest and highest height that count, along up from the world's origin, metres.
@@ -46,7 +48,7 @@ impl OccupancyGrid {
         heights: Heights,
     ) -> Result<Self, Error> {
         let cells = vec![CellState::Unknown; cell_count(place)?];
-        Ok(Self { place, resolution, axes, world_from_grid, cells, heights })
+        Ok(Self { place, resolution, axes, world_from_grid, cells, heights, is_inflated: false })
     }
 
     /// Grows the grid to more of the plane: new cells are unknown, and no heights are given for them yet.

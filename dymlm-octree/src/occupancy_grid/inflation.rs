@@ -9,6 +9,9 @@ impl OccupancyGrid {
     ///
     /// A robot of that radius can go where its centre is on free cells.
     ///
+    /// The inflated grid cannot be updated ([`Error::Inflated`]), as a new projection knows no margin: keep the
+    /// grid itself, [`update`](Self::update) that, and inflate it again.
+    ///
     /// # Errors
     ///
     /// [`Error::Inflation`] when the radius is negative or not finite.
@@ -28,6 +31,7 @@ impl OccupancyGrid {
             return Err(Error::Inflation { radius });
         }
         let mut inflated = self.clone();
+        inflated.is_inflated |= radius > 0.0;
         if self.cells.is_empty() {
             return Ok(inflated);
         }

@@ -29,8 +29,8 @@ impl OccupancyGrid {
     ///
     /// # Errors
     ///
-    /// [`Error::GridResolution`] when the octree's cells have another size; [`Error::GridSize`]. The grid
-    /// stays as it was.
+    /// [`Error::GridResolution`] when the octree's cells have another size; [`Error::Inflated`] for a grid of
+    /// [`Self::inflated`]; [`Error::GridSize`]. The grid stays as it was.
     ///
     /// ```
     /// use dymlm_octree::{CellState, Octree, OctreeConfig};
@@ -47,7 +47,7 @@ impl OccupancyGrid {
     /// # Ok::<(), dymlm_octree::Error>(())
     /// ```
     pub fn update(&mut self, map: &Octree, changes: &[Extent]) -> Result<GridUpdate, Error> {
-        self.check_resolution(map)?;
+        self.check_updatable(map)?;
         let has_grown = match self.heights {
             Heights::Same { range, grows: true } => {
                 self.reach_out(map.region_of(self.axes, range, changes).as_ref())?
@@ -75,7 +75,7 @@ impl OccupancyGrid {
         region: Option<&GridRegion>,
         heights: impl Fn([f64; 2]) -> Option<[f64; 2]>,
     ) -> Result<GridUpdate, Error> {
-        self.check_resolution(map)?;
+        self.check_updatable(map)?;
         region.map_or(Ok(()), GridRegion::check)?;
         self.give_heights_by_cell(region)?;
         let has_grown = self.reach_out(region)?;
@@ -94,7 +94,10 @@ impl OccupancyGrid {
         Ok(self.project_again(map, indices, has_grown))
     }
 
-    fn check_resolution(&self, map: &Octree) -> Result<(), Error> {
+    fn check_updatable(&self, map: &Octree) -> Result<(), Error> {
+        if self.is_inflated {
+            return Err(Error::Inflated);
+        }
         if map.resolution() == self.resolution {
             return Ok(());
         }

@@ -228,6 +228,32 @@ fn refuses_what_is_no_region_radius_or_map() {
     assert_eq!(grid, before);
 }
 
+/// A new projection knows no margin: it would free the cells beside obstacles, without a word.
+#[test]
+fn an_inflated_grid_is_not_updated() {
+    let mut map = Octree::new(config(RESOLUTION, 6.0)).unwrap();
+    map.insert_scan([0.0; 3], &[[2.0, 0.1, 0.1]]).unwrap();
+    let grid = map.project([0.0, 0.0, 1.0], -0.5, 0.5).unwrap();
+    let earlier = map.clone();
+    map.insert_scan([0.0; 3], &[[2.0, 0.6, 0.1]]).unwrap();
+    let changes = map.changes_since(&earlier);
+    let margin = grid.inflated(0.5).unwrap();
+    // A further inflation by nothing does not make it updatable.
+    for inflated in [margin.clone(), margin.inflated(0.0).unwrap()] {
+        let mut updated = inflated.clone();
+        let error = updated.update(&map, &changes).unwrap_err();
+        assert!(matches!(error, Error::Inflated), "{error}");
+        let error = updated.update_between(&map, &changes, None, |_| Some([-0.5, 0.5])).unwrap_err();
+        assert!(error.to_string().contains("update the grid that was inflated"), "{error}");
+        assert_eq!(updated, inflated);
+    }
+    // The grid itself follows the map, and so does one without a margin.
+    for mut grid in [grid.inflated(0.0).unwrap(), grid] {
+        assert!(grid.update(&map, &changes).unwrap().changed > 0);
+        assert_equal(&grid, &map.project([0.0, 0.0, 1.0], -0.5, 0.5).unwrap());
+    }
+}
+
 /// Lines of any direction at the border of the map, and heights beyond it.
 #[test]
 fn the_border_of_the_map_is_shown() {

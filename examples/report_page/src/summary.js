@@ -19,7 +19,7 @@ function countRows(report) {
         .filter((name) => memory[name] > 0)
         .map((name) => [`memory: ${name}`, megabytes(memory[name])]);
     return [
-        ["frames", `${count(report.frames - report.frames_skipped)} of ${count(report.frames)}`],
+        ["frames", `${count(report.frames - report.frames_skipped - report.frames_not_reached)} of ${count(report.frames)}`],
         ["key frames", count(report.key_frames)],
         ...corrected,
         ["points of the cloud", count(counts.cloud_points)],

@@ -54,6 +54,7 @@ pub(super) struct PageData<'a> {
     objects: Vec<PageObject>,
     /// Objects that were in the maps and are gone.
     gone: Vec<PageObject>,
+    /// Where movers went; none in corrected maps.
     movers: Vec<&'a MoverWay>,
     trajectory: Way,
     frames: StageSeries,
@@ -88,13 +89,18 @@ impl<'a> PageData<'a> {
             planes: page_planes(map.planes(), &history),
             objects,
             gone,
-            movers: recorder.mover_ways(),
+            movers: if is_corrected(run) { Vec::new() } else { recorder.mover_ways() },
             trajectory: Way::of(run.trajectory),
             frames: StageSeries::of(run.frames),
             memory: MemorySeries::of(recorder.memory()),
             report: run.report,
         }
     }
+}
+
+/// Whether the maps have moved since they were recorded: what was placed in them before lies beside them.
+fn is_corrected(run: &Run<'_>) -> bool {
+    run.report.corrections.is_some() || run.report.refinement.is_some()
 }
 
 /// The objects that are in the maps, those that are gone, and the history of all things.
@@ -105,7 +111,7 @@ fn objects_and_history(run: &Run<'_>) -> (Vec<PageObject>, Vec<PageObject>, Thin
         map.objects().objects().map(|object| page_object(object, Vec::new())).collect();
     let mut gone = Vec::new();
     // Corrected maps have moved since they were recorded, so the things seen before cannot be shown in them.
-    if run.report.corrections.is_none() && run.report.refinement.is_none() {
+    if !is_corrected(run) {
         gone.extend(recorder.gone().cloned());
         for (from, to) in moved_objects(&gone, &objects) {
             history.take_in_move(&Stand::from(&gone[from]), &Stand::from(&objects[to]));

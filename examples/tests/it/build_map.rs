@@ -79,6 +79,11 @@ fn a_broken_frame_costs_a_warning_and_a_count() {
         assert!(warnings.contains(named), "{named} in {warnings}");
     }
 
+    // Of frames that were never mapped, no pose is listed.
+    let trajectory = Trajectory::read(out.join("trajectory.txt")).unwrap();
+    let times: Vec<f64> = trajectory.poses().iter().map(|pose| pose.timestamp).collect();
+    assert_eq!(times, [0.0, 0.5]);
+
     let report = fs::read_to_string(out.join("report.json")).unwrap();
     assert!(report.contains("\"frames\": 6") && report.contains("\"frames_skipped\": 4"), "{report}");
     assert!(
@@ -220,7 +225,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let Some(first_run) = build_map(&["--dataset", dataset, "--out", out]) else { return };
     assert!(first_run.status.success());
     // The same recording, whose clock restarts, with its world a metre beside the first.
-    let beside = ["--resume", out, "--world-from-session", "1 0 0 0 0 0 1", "--report"];
+    let beside = ["--resume", out, "--world-from-session", "-1 0 0 0 0 0 1", "--report"];
     let run = build_map(&[&["--dataset", dataset, "--out", second][..], &beside].concat()).unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let [before, after] = [out, second].map(|folder| MultiLevelMap::load(folder).unwrap());
@@ -228,7 +233,7 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     assert_eq!(after.cloud().frames(), before.cloud().frames() * 2);
     let trajectory = Trajectory::read(Path::new(second).join("trajectory.txt")).unwrap();
     assert_eq!(trajectory.poses().len(), FRAMES);
-    assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [1.0, 0.0, 0.0]));
+    assert!(trajectory.poses().iter().all(|pose| pose.world_from_camera.translation() == [-1.0, 0.0, 0.0]));
     // The times on its page are those of the maps' clock, which has gone on.
     let page = fs::read_to_string(Path::new(second).join("report.html")).unwrap();
     let data = page_data(&page);
@@ -291,6 +296,18 @@ fn a_session_is_recorded_and_can_be_mapped_again() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let cloud = |folder: &Path| dymlm_io::read_ply(folder.join("cloud.ply")).unwrap();
     assert_eq!(cloud(&out).points(), cloud(&again).points());
+
+    // Another name of the file that is read; it stays as it was, and nothing is written.
+    let recorded = fs::read(&session).unwrap();
+    let same = format!("{}/dataset/../session.mcap", parent.path().display());
+    let nothing = text(&parent.path().join("nothing"));
+    let output = build_map(&["--dataset", &session, "--out", &nothing, "--mcap", &same]).unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && error.contains("--mcap") && error.contains("would destroy"),
+        "{error}"
+    );
+    assert!(fs::read(&session).unwrap() == recorded && !Path::new(&nothing).exists());
 
     // A file that cannot be written is reported before anything is mapped.
     let nowhere = text(&parent.path().join("none/session.mcap"));

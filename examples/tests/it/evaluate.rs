@@ -64,3 +64,43 @@ fn what_is_no_floor_plan_is_refused_with_a_reason() {
     let none = folder.path().join("none.yaml");
     assert!(refused(none.to_str().unwrap()).unwrap().contains("none.yaml"));
 }
+
+#[test]
+fn options_that_would_be_ignored_are_refused() {
+    let ignored: [&[&str]; 10] = [
+        &["--recordings", "1", "--every", "2"],
+        &["--recordings", "1", "--baseline"],
+        &["--recordings", "1", "--no-detections"],
+        &["--recordings", "1", "--min-score", "0.5"],
+        &["--recordings", "1", "--pose-noise"],
+        &["--recordings", "1", "--drift-share", "0.05"],
+        &["--recordings", "1", "--recorded-drift", "a", "--true-path", "b"],
+        &["--recordings", "1", "--detector-rate", "5"],
+        &["--quick", "--every", "3"],
+        &["--detections", "found.jsonl"],
+    ];
+    for arguments in ignored {
+        // Were it not refused, the run would end before any work: the output folder lies in a file.
+        let Some(done) = evaluate(&[arguments, &["--out", "Cargo.toml/none"]].concat()) else { return };
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert!(!done.status.success(), "{arguments:?}");
+        assert!(said.contains("cannot be used with") || said.contains("were not provided"), "{said}");
+    }
+}
+
+/// A building runs at `--rate`: its detector cannot be faster, and a rate that fits is taken from that.
+#[test]
+fn a_detector_runs_at_a_share_of_the_sequence_s_own_rate() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = write_plan(folder.path(), "[0, 0, 0]");
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let arguments = ["--floor-plan", &plan, "--frames", "40", "--every", "4", "--no-times", "--out", out];
+    let with = |rate: &str| evaluate(&[&arguments[..], &["--detector-rate", rate]].concat());
+    let Some(refused) = with("10") else { return };
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && said.contains("--detector-rate 10"), "{said}");
+    let done = with("0.625").unwrap();
+    let said = String::from_utf8(done.stdout.clone()).unwrap();
+    assert!(done.status.success() && said.contains("detections in 1 of 2 frames"), "{said} {done:?}");
+}

@@ -59,8 +59,16 @@ fn maps_of_two_sessions_become_one() {
 }
 
 /// Saves a map of two floors, each with a wall, seen one after the other by a camera that looks ahead.
+/// The config says what is up, as nothing stands there from which it could be learnt.
 fn save_storeys(folder: &Path) {
-    let mut builder = MapBuilder::new(MapConfig::offline()).unwrap();
+    save_storeys_in(folder, &Pose::identity(), Some([0.0, 0.0, 1.0]));
+}
+
+/// The same in a world that may be turned, with what its config says of up.
+fn save_storeys_in(folder: &Path, world_from_storeys: &Pose, up: Option<[f64; 3]>) {
+    let mut config = MapConfig::offline();
+    config.objects.parameterization.up = up;
+    let mut builder = MapBuilder::new(config).unwrap();
     let camera = small_camera();
     let mut time = 0.0;
     for floor in [0.0, 2.8] {
@@ -71,7 +79,7 @@ fn save_storeys(folder: &Path) {
         for step in 0..4 {
             let eye = look_at([0.02 * f64::from(step), -2.0, floor + 1.4], [0.0, 1.0, floor]);
             let frame = Frame::new(time, camera, world.depth(&camera, &eye), None).unwrap();
-            builder.insert(&frame, &[], &eye).unwrap();
+            builder.insert(&frame, &[], &(*world_from_storeys * eye)).unwrap();
             time += 1.0;
         }
     }
@@ -118,4 +126,32 @@ fn each_floor_has_a_grid() {
     let refused = map(&["grid", &path("map"), "--at", "0", "0", "-3"]).unwrap();
     let said = String::from_utf8(refused.stderr).unwrap();
     assert!(!refused.status.success() && said.contains("no floor is known under [0.0, 0.0, -3.0]"), "{said}");
+}
+
+/// The worlds of cameras that look ahead have y downwards.
+#[test]
+fn up_is_what_the_map_knows_or_what_is_given() {
+    let parent = tempfile::tempdir().unwrap();
+    let path = |name: &str| parent.path().join(name).to_str().unwrap().to_owned();
+    let about_x = Pose::new([0.0; 3], [0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()]).unwrap();
+    save_storeys_in(path("known").as_ref(), &about_x, Some([0.0, -1.0, 0.0]));
+    save_storeys_in(path("unknown").as_ref(), &about_x, None);
+    let said = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
+    let Some(done) = map(&["grid", &path("known"), "--out", &path("known.yaml"), "--floors"]) else { return };
+    assert!(done.status.success() && String::from_utf8_lossy(&done.stdout).lines().count() == 2, "{done:?}");
+    let done = map(&["gltf", &path("known"), "--out", &path("known.glb")]).unwrap();
+    assert!(done.status.success(), "{done:?}");
+
+    let (yaml, glb) = (path("unknown.yaml"), path("unknown.glb"));
+    let (grid, gltf) =
+        (["grid", &path("unknown"), "--out", &yaml], ["gltf", &path("unknown"), "--out", &glb]);
+    for (command, file) in [(&grid, "unknown.pgm"), (&gltf, "unknown.glb")] {
+        let refused = map(command).unwrap();
+        assert!(!refused.status.success() && said(&refused).contains("--up"), "{refused:?}");
+        assert!(!Path::new(&path(file)).exists());
+        let done = map(&[&command[..], &["--up", "0", "-1", "0"]].concat()).unwrap();
+        assert!(done.status.success() && Path::new(&path(file)).exists(), "{done:?}");
+    }
+    // The files of the map with a known direction are the same.
+    assert_eq!(std::fs::read(path("unknown.glb")).unwrap(), std::fs::read(path("known.glb")).unwrap());
 }

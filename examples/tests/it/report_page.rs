@@ -7,13 +7,13 @@ use std::path::Path;
 
 use dymlm::core::Pose;
 use dymlm::{MapBuilder, MapConfig};
-use dymlm_examples::{ReportPage, Run, RunRecorder, RunReport};
+use dymlm_examples::{CorrectionCost, ReportPage, Run, RunRecorder, RunReport};
 use dymlm_io::{StampedPose, Trajectory};
 use dymlm_sim::{Activity, Room, SceneEvent, Sequence, SequenceConfig};
 use serde_json::Value;
 
-/// Maps a sequence and returns the page and its JSON.
-fn page_of(config: &SequenceConfig, title: &str) -> (String, Value) {
+/// Maps a sequence and returns the page, its JSON, and the JSON of a run whose poses were corrected at the end.
+fn page_of(config: &SequenceConfig, title: &str) -> (String, Value, Value) {
     let sequence = Sequence::new(config).unwrap();
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
     let mut recorder = RunRecorder::start(&builder, sequence.len());
@@ -31,11 +31,17 @@ fn page_of(config: &SequenceConfig, title: &str) -> (String, Value) {
     let up = sequence.config().world_from_scene.rotate([0.0, 0.0, 1.0]);
     let (map, frames) = (builder.map(), reports.as_slice());
     let run = Run { title, map, recorder: &recorder, frames, report: &report, trajectory: &trajectory, up };
-    let mut page = Vec::new();
-    ReportPage::of(&run).unwrap().write(&mut page).unwrap();
-    let page = String::from_utf8(page).unwrap();
+    let written = |run: &Run<'_>| {
+        let mut page = Vec::new();
+        ReportPage::of(run).unwrap().write(&mut page).unwrap();
+        String::from_utf8(page).unwrap()
+    };
+    let page = written(&run);
+    let cost = CorrectionCost { key_frames: 1, wall_ms: 1.0, cpu_ms: 1.0 };
+    let corrected = RunReport { corrections: Some(cost), ..report.clone() };
+    let corrected = data_of(&written(&Run { report: &corrected, ..run }));
     let data = data_of(&page);
-    (page, data)
+    (page, data, corrected)
 }
 
 fn data_of(page: &str) -> Value {
@@ -70,10 +76,14 @@ fn a_chair_that_was_pushed_away_is_told_of() {
     (config.activity, config.people) = (Activity::Walking, 1);
     config.events = vec![SceneEvent::PushedChair];
     (config.frames, config.frame_rate) = (60, 5.0);
-    let (page, data) = page_of(&config, "a chair & more");
+    let (page, data, corrected) = page_of(&config, "a chair & more");
     check_needs_no_network(&page);
     assert!(page.contains("<title>a chair &amp; more: maps by dymlm</title>"));
 
+    // Ways and places of before a correction lie beside the maps.
+    for name in ["gone", "movers"] {
+        assert!(!list(&data, name).is_empty() && list(&corrected, name).is_empty(), "{name}");
+    }
     let objects = list(&data, "objects");
     assert!(objects.len() >= 3, "{objects:?}");
     let events = |thing: &Value| -> Vec<String> {
