@@ -38,9 +38,9 @@ pub struct RecordedFrame {
 }
 
 impl TumRecording {
-    /// Opens a dataset with its detections, each line of them for the frame nearest in time: a JSON-lines file or a YOLO folder (with class names in its
-    /// `names.txt`). If `detections` is `None`, the dataset's own `detections.jsonl` is used, if there is
-    /// one.
+    /// Opens a dataset with its detections, each line of them for the frame nearest in time: a JSON-lines file or
+    /// a YOLO folder (with class names in its `names.txt`). If `detections` is `None`, the dataset's own
+    /// `detections.jsonl` is used, if there is one.
     ///
     /// # Errors
     ///

@@ -17,8 +17,8 @@ impl PlaneMap {
     /// Judges the planes that reach into some boxes (lowest and highest corner, metres, world). A plane is
     /// gone, and not confirmed until judged otherwise, when more than `gone_share` of its inliers stand in
     /// free space, among those of which something is known, and the others are fewer than that leaves of the most
-    /// that stood at once: what is pushed along leaves inliers behind, more and more, and is still there. `is_free` tells whether a place is free space;
-    /// `None` = unknown. `looked_at` is a box around all that is known better than before: what lies in it of
+    /// that stood at once: what is pushed along leaves inliers behind, more and more, and is still there. `is_free`
+    /// tells whether a place is free space; `None` = unknown. `looked_at` is a box around all that is known better than before: what lies in it of
     /// planes that are gone, and what was free or unknown of others, is judged as well, since it may be back. All
     /// other judgements stay.
     ///
