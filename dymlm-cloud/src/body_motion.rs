@@ -49,16 +49,17 @@ impl CloudMap {
         let moved = self.take_body(region, new_from_old, is_body, &mut motion.from);
         self.forget_support(region, &moved);
         // A cell of the evidence holds many voxels, and is as certain as the best of them.
-        let mut cells: BTreeMap<_, u32> = BTreeMap::new();
+        let mut by_block: BTreeMap<_, BTreeMap<usize, u32>> = BTreeMap::new();
         for body in moved {
             motion.to.push(body.to.map(|c| c as f32));
             if let Some(voxel) = self.put_voxel(&body) {
-                let support = cells.entry(self.evidence.cell_of(voxel)).or_default();
-                *support = body.support.max(*support);
+                let (block, index) = self.evidence.cell_of(voxel);
+                let support = by_block.entry(block).or_default().entry(index).or_default();
+                *support = body.support.max(*support).max(1);
             }
         }
-        for (cell, support) in cells {
-            self.evidence.give_support(cell, support);
+        for (block, cells) in by_block {
+            self.evidence.give_support(block, &cells);
         }
         motion
     }
@@ -133,7 +134,10 @@ impl CloudMap {
             }
         }
         let moved: BTreeSet<_> = moved.iter().map(|moved| self.evidence.cell_of(moved.cell)).collect();
-        moved.difference(&left).for_each(|&cell| self.evidence.clear_support(cell));
+        let gone: Vec<_> = moved.difference(&left).copied().collect();
+        for of_block in gone.chunk_by(|a, b| a.0 == b.0) {
+            self.evidence.clear_support(of_block[0].0, of_block.iter().map(|&(_, index)| index));
+        }
     }
 
     /// Puts a voxel where it has moved; returns its new place.

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::sync::OnceLock;
 
@@ -200,30 +201,38 @@ impl Epochs {
         self.coarsen();
     }
 
-    /// Removes the surface readings of a cell.
-    pub(crate) fn clear_support(&mut self, index: usize) {
+    /// Removes the surface readings of some cells.
+    pub(crate) fn clear_support(&mut self, cells: impl IntoIterator<Item = usize>) {
         self.read = OlderReads::default();
-        for period in &mut self.periods {
-            period.cells.clear(index, Finding::Surface);
+        for index in cells {
+            for period in &mut self.periods {
+                period.cells.clear(index, Finding::Surface);
+            }
         }
         self.pack_older();
     }
 
-    /// Replaces a cell's history by `support` surface readings in the newest period.
-    pub(crate) fn give_support(&mut self, index: usize, support: u32) {
+    /// Replaces the history of some cells by so many surface readings each in the newest period.
+    pub(crate) fn give_support(&mut self, cells: &BTreeMap<usize, u32>) {
         self.read = OlderReads::default();
         for period in &mut self.periods {
             // The looks that all cells have in common become each cell's own, so that one cell can lose them.
             let common = std::mem::take(&mut period.looked_through);
-            for other in (0..BLOCK_CELLS).filter(|_| common > 0) {
-                period.cells.add(other, Finding::LookedThrough, common);
+            if common > 0 {
+                for other in 0..BLOCK_CELLS {
+                    period.cells.add(other, Finding::LookedThrough, common);
+                }
             }
-            for finding in [Finding::Surface, Finding::LookedThrough, Finding::Mover] {
-                period.cells.clear(index, finding);
+            for &index in cells.keys() {
+                for finding in [Finding::Surface, Finding::LookedThrough, Finding::Mover] {
+                    period.cells.clear(index, finding);
+                }
             }
         }
         if let Some(period) = self.periods.last_mut() {
-            period.cells.add(index, Finding::Surface, support);
+            for (&index, &support) in cells {
+                period.cells.add(index, Finding::Surface, support);
+            }
         }
         self.pack_older();
     }
@@ -557,8 +566,8 @@ mod tests {
             let direction = if step % 5 == 4 { Direction::Remove } else { Direction::Insert };
             epochs.period_mut(epoch).count((index * 71 + step) % 512, finding, direction);
             if step % 50 == 49 {
-                epochs.clear_support(index * 71);
-                epochs.give_support(step % 512, 2);
+                epochs.clear_support([index * 71]);
+                epochs.give_support(&BTreeMap::from([(step % 512, 2)]));
             }
             if step % 3 == 0 {
                 assert_eq!(epochs.cells_read(), found_read(&epochs), "step {step}");

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 #[cfg(feature = "state")]
 use std::sync::Arc;
 
@@ -275,11 +276,11 @@ impl Evidence {
         block.is_none_or(|block| block.opinion(index, looks_per_reading).presence < 0.0)
     }
 
-    /// Removes the surface readings of a cell, given by its block and its index there: what was read there is gone.
-    pub(crate) fn clear_support(&mut self, (block, index): ([i32; 3], usize)) {
+    /// Removes the surface readings of some cells of a block: what was read there is gone.
+    pub(crate) fn clear_support(&mut self, block: [i32; 3], cells: impl IntoIterator<Item = usize>) {
         let slot = self.blocks.slot(BlockKey::new(block));
         if let Some(block) = slot.and_then(|slot| self.blocks.block_mut(slot)) {
-            block.epochs.clear_support(index);
+            block.epochs.clear_support(cells);
         }
         self.revision += 1;
         if let Some(slot) = slot {
@@ -287,13 +288,13 @@ impl Evidence {
         }
     }
 
-    /// Forgets what speaks against a cell, and gives it `support` surface readings.
-    pub(crate) fn give_support(&mut self, (block, index): ([i32; 3], usize), support: u32) {
+    /// Forgets what speaks against some cells of a block, and gives each so many surface readings.
+    pub(crate) fn give_support(&mut self, block: [i32; 3], cells: &BTreeMap<usize, u32>) {
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
         let epoch = self.epoch;
         if let Some(block) = self.blocks.block_mut(slot) {
             block.epochs.period_mut(epoch);
-            block.epochs.give_support(index, support.max(1));
+            block.epochs.give_support(cells);
         }
         self.revision += 1;
         self.blocks.stamps_mut().note(slot, self.revision);

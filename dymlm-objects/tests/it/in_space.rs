@@ -198,10 +198,8 @@ fn what_is_met_again_from_another_side_is_the_same_and_grows() {
     assert!(failed.is_empty(), "{failed:?}");
 }
 
-/// A robot that stands before a cube for 40 s and then goes around it.
-#[test]
-fn what_was_seen_from_one_place_for_long_grows() {
-    let scene = cube();
+/// What a robot maps that has stood before a thing for 40 s.
+fn rested_before(scene: &Scene) -> ObjectMapper {
     let mut mapper = mapper();
     let at_rest = around(0.0, 0);
     let (frame, detections) = scene.detected(0.0, &at_rest, &[(0, "thing of no known size")]);
@@ -209,6 +207,14 @@ fn what_was_seen_from_one_place_for_long_grows() {
         let frame = Frame::new(f64::from(step) / 30.0, scene.camera, frame.depth().clone(), None).unwrap();
         mapper.insert(&ObjectView::new(&frame, &detections, &at_rest), &Walls(vec![])).unwrap();
     }
+    mapper
+}
+
+/// A robot that stands before a cube for 40 s and then goes around it.
+#[test]
+fn what_was_seen_from_one_place_for_long_grows() {
+    let scene = cube();
+    let mut mapper = rested_before(&scene);
     assert_eq!(mapper.map().len(), 1);
     for step in 0..60 {
         let pose = around(3.0 * step as f64, step);
@@ -230,13 +236,7 @@ fn what_was_seen_from_one_place_for_long_grows() {
 #[test]
 fn what_a_thing_is_called_from_one_place_for_long_does_not_outvote_the_way_around_it() {
     let scene = cube();
-    let mut mapper = mapper();
-    let at_rest = around(0.0, 0);
-    let (frame, detections) = scene.detected(0.0, &at_rest, &[(0, "thing of no known size")]);
-    for step in 0..1200_u32 {
-        let frame = Frame::new(f64::from(step) / 30.0, scene.camera, frame.depth().clone(), None).unwrap();
-        mapper.insert(&ObjectView::new(&frame, &detections, &at_rest), &Walls(vec![])).unwrap();
-    }
+    let mut mapper = rested_before(&scene);
     for step in 0..180 {
         let (time, pose) = (40.0 + 0.1 * step as f64, around(2.0 * step as f64, step));
         show(&mut mapper, &scene, (time, pose), &[(0, "another thing")], &Walls(vec![]));

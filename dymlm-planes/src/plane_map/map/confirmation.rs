@@ -18,9 +18,9 @@ impl PlaneMap {
     /// gone, and not confirmed until judged otherwise, when more than `gone_share` of its inliers stand in
     /// free space, among those of which something is known, and the others are fewer than that leaves of the most
     /// that stood at once: what is pushed along leaves inliers behind, more and more, and is still there. `is_free`
-    /// tells whether a place is free space; `None` = unknown. `looked_at` is a box around all that is known better than before: what lies in it of
-    /// planes that are gone, and what was free or unknown of others, is judged as well, since it may be back. All
-    /// other judgements stay.
+    /// tells whether a place is free space; `None` = unknown. `looked_at` is a box around all that is known better
+    /// than before: what lies in it of planes that are gone, and what was free or unknown of others, is judged as
+    /// well, since it may be back. All other judgements stay.
     ///
     /// O(inliers in the boxes, and those in `looked_at` that were gone).
     pub fn judge(
@@ -156,10 +156,10 @@ impl MapPlane {
     /// fewer are left than that leaves of the most that stood at once.
     fn is_free(&self, share: f64) -> bool {
         let [unknown, free] = self.unknown_and_free();
-        let standing = self.standing();
+        let known = self.patch.len().saturating_sub(unknown);
         let most_stood = self.most_stood.min(self.patch.len());
-        free as f64 > share * self.patch.len().saturating_sub(unknown) as f64
-            && (standing as f64) < (1.0 - share) * most_stood as f64
+        free as f64 > share * known as f64
+            && (known.saturating_sub(free) as f64) < (1.0 - share) * most_stood as f64
     }
 
     /// Number of its voxels that are neither in free space nor unknown.
