@@ -6,19 +6,30 @@ use crate::object_map::{KeyView, KeyViews};
 use crate::parameterization::ALONG_VIEW;
 use crate::{Footprint, SideView, SizePrior};
 
+/// What is known of how a box stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stance {
+    /// Its third axis is vertical, and it reaches down to the plane that it stands on.
+    OnPlane,
+    /// Its third axis is vertical.
+    Upright,
+    Unknown,
+}
+
 /// Extends a box where no camera has seen the object's end, to the usual size of things of its label: away
 /// from the cameras, and on sides that something occludes in most of the views. Measured lengths are never
-/// shortened, an `upright` box keeps its height, and no box grows through a wall in front of which it stands.
+/// shortened, an upright box keeps its height, and no box grows through a wall in front of which it stands.
 ///
-/// A thing with an even footprint is assumed to be as deep as it is wide. For an oblong one the side that
-/// fits better is taken as its length.
+/// A thing with an even footprint is assumed to be as deep as it is wide, and as wide as things of its kind and
+/// its height usually are. For an oblong one the side that fits better is taken as its length.
 pub(super) fn complete(
     own: &OrientedBox,
     prior: &SizePrior,
     views: &KeyViews,
-    upright: bool,
+    stance: Stance,
     walls: &[Plane],
 ) -> OrientedBox {
+    let upright = stance != Stance::Unknown;
     if upright && prior.footprint == Footprint::Plate {
         return complete_plate(own, prior, views, walls);
     }
@@ -33,7 +44,8 @@ pub(super) fn complete(
     let across = if upright { 1 - depth } else { longer_of_others(lengths, depth) };
 
     let hidden = hidden_ends(own, across, views);
-    let usual = usual_lengths(prior, lengths[across], lengths[depth], hidden.contains(&true));
+    let scale = if upright { scale_by_height(own, prior, views, stance) } else { 1.0 };
+    let usual = usual_lengths(prior, scale, [lengths[across], lengths[depth]], hidden.contains(&true));
     let grown = widen(own, across, hidden, usual.across, walls);
     let is_away = dot(axes[depth], mean_view) > 0.0;
     widen(&grown, depth, [!is_away, is_away], usual.depth, walls)
@@ -68,12 +80,21 @@ struct UsualLengths {
     depth: f64,
 }
 
-/// Usual width and depth of a thing of this kind, given its measured lengths.
-fn usual_lengths(prior: &SizePrior, across: f64, depth: f64, is_cut: bool) -> UsualLengths {
+/// How many times as high an upright thing is as usual; of a thing that is not seen to both its ends, not less
+/// than 1.
+fn scale_by_height(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, stance: Stance) -> f64 {
+    let scale = own.lengths()[2] / prior.height.typical;
+    let [is_foot_hidden, is_top_hidden] = hidden_ends(own, 2, views);
+    let is_whole = !is_top_hidden && (stance == Stance::OnPlane || !is_foot_hidden);
+    if is_whole { scale } else { scale.max(1.0) }
+}
+
+/// Usual width and depth of a thing of this kind, `scale` times as high as usual, given its measured lengths.
+fn usual_lengths(prior: &SizePrior, scale: f64, [across, depth]: [f64; 2], is_cut: bool) -> UsualLengths {
     let (length, width) = (prior.length.typical, prior.width.typical);
     if prior.footprint == Footprint::Even {
-        // The measured width says little when a side is occluded.
-        let usual = (length * width).sqrt();
+        // The measured width says little when a side is occluded. A small plant is as narrow as it is low.
+        let usual = scale * (length * width).sqrt();
         let side = if is_cut { across.max(usual) } else { (across * usual).sqrt() };
         let side = side.clamp(prior.width.min, prior.length.max);
         return UsualLengths { across: side, depth: side };
@@ -204,8 +225,13 @@ mod tests {
     fn the_far_side_of_a_round_thing_is_as_far_as_it_is_wide() {
         let priors = SizePriors::default();
         let bowl = priors.of("bowl").unwrap();
-        let completed =
-            complete(&box_of([0.16, 0.06, 0.1]), bowl, &views(Completeness::default()), true, &[]);
+        let completed = complete(
+            &box_of([0.16, 0.06, 0.08]),
+            bowl,
+            &views(Completeness::default()),
+            Stance::OnPlane,
+            &[],
+        );
         assert_eq!(completed.lengths()[0], 0.16);
         assert!((completed.lengths()[1] - 0.16).abs() < 1e-12);
         // The near side stays where it is.
@@ -213,13 +239,33 @@ mod tests {
     }
 
     #[test]
+    fn a_thing_that_is_smaller_than_usual_is_as_narrow_as_it_is_low() {
+        let priors = SizePriors::default();
+        let plant = priors.of("potted plant").unwrap();
+        let half = box_of([0.19, 0.1, 0.5 * plant.height.typical]);
+        let depth = |completeness: Completeness, stance: Stance| {
+            complete(&half, plant, &views(completeness), stance, &[]).lengths()[1]
+        };
+        let seen = Completeness::default();
+        assert!((0.18..0.21).contains(&depth(seen, Stance::OnPlane)));
+        let cut = Completeness { right: SideView::Occluder, ..seen };
+        assert!((0.18..0.21).contains(&depth(cut, Stance::OnPlane)));
+        // Without its top or its foot, it may be as large as others.
+        let without_top = Completeness { top: SideView::Occluder, ..seen };
+        assert!(depth(without_top, Stance::OnPlane) > 0.25);
+        let without_foot = Completeness { bottom: SideView::Occluder, ..seen };
+        assert!(depth(without_foot, Stance::Upright) > 0.25);
+        assert!((0.18..0.21).contains(&depth(without_foot, Stance::OnPlane)));
+    }
+
+    #[test]
     fn a_hidden_end_is_completed_and_a_seen_one_is_kept() {
         let priors = SizePriors::default();
         let keyboard = priors.of("keyboard").unwrap();
         let seen = box_of([0.24, 0.15, 0.03]);
-        assert_eq!(complete(&seen, keyboard, &views(Completeness::default()), true, &[]), seen);
+        assert_eq!(complete(&seen, keyboard, &views(Completeness::default()), Stance::OnPlane, &[]), seen);
         let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
-        let completed = complete(&seen, keyboard, &hidden, true, &[]);
+        let completed = complete(&seen, keyboard, &hidden, Stance::OnPlane, &[]);
         assert_eq!(completed.lengths(), [0.44, 0.15, 0.03]);
         assert!((completed.center()[0] - 0.1).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
     }
@@ -228,7 +274,8 @@ mod tests {
     fn the_foot_of_a_monitor_is_on_both_sides() {
         let priors = SizePriors::default();
         let tv = priors.of("tv").unwrap();
-        let completed = complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), true, &[]);
+        let completed =
+            complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), Stance::OnPlane, &[]);
         assert_eq!(completed.lengths(), [0.54, 0.18, 0.45]);
         assert_eq!(completed.center(), [0.0; 3]);
     }
@@ -237,7 +284,8 @@ mod tests {
     fn a_screen_seen_from_its_edge_reaches_away_from_the_camera() {
         let priors = SizePriors::default();
         let tv = priors.of("tv").unwrap();
-        let completed = complete(&box_of([0.05, 0.03, 0.45]), tv, &views(Completeness::default()), true, &[]);
+        let completed =
+            complete(&box_of([0.05, 0.03, 0.45]), tv, &views(Completeness::default()), Stance::OnPlane, &[]);
         assert!((completed.lengths()[1] - 0.56).abs() < 1e-12, "{:?}", completed.lengths());
         assert!((completed.lengths()[0] - 0.18).abs() < 1e-12);
         // The edge that was seen stays where it is.
@@ -249,7 +297,7 @@ mod tests {
         let priors = SizePriors::default();
         let tv = priors.of("tv").unwrap();
         let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
-        let completed = complete(&box_of([0.15, 0.04, 0.45]), tv, &hidden, true, &[]);
+        let completed = complete(&box_of([0.15, 0.04, 0.45]), tv, &hidden, Stance::OnPlane, &[]);
         assert_eq!(completed.lengths(), [0.56, 0.18, 0.45]);
         assert!((completed.center()[0] - 0.205).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
     }
@@ -259,7 +307,7 @@ mod tests {
         let priors = SizePriors::default();
         let (chair, own) = (priors.of("chair").unwrap(), box_of([0.5, 0.2, 0.9]));
         let depth = |walls: &[Plane]| {
-            let completed = complete(&own, chair, &views(Completeness::default()), true, walls);
+            let completed = complete(&own, chair, &views(Completeness::default()), Stance::OnPlane, walls);
             (completed.lengths()[1], completed.center()[1] + 0.5 * completed.lengths()[1])
         };
         assert!(depth(&[]).0 > 0.45);

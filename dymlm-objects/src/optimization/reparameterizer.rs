@@ -2,7 +2,7 @@ use dymlm_core::vector3::{along, difference, norm};
 use dymlm_core::{ConfigError, Plane, Point, Pose};
 use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 
-use super::completion::{complete, complete_foot};
+use super::completion::{Stance, complete, complete_foot};
 use super::outliers::OutlierFilter;
 use crate::object_map::FULL;
 use crate::support::drop_repeated;
@@ -119,9 +119,13 @@ impl Reparameterizer {
         let prior = prior.filter(|_| !is_flat);
         if let Some(prior) = prior {
             self.find_walls(&oriented_box, prior, planes);
-            let is_upright = vertical.is_some();
-            oriented_box = complete(&oriented_box, prior, &object.key_views, is_upright, &self.walls);
-            if vertical.is_some() && plane.is_none() {
+            let stance = match (plane, vertical) {
+                (Some(_), _) => Stance::OnPlane,
+                (None, Some(_)) => Stance::Upright,
+                (None, None) => Stance::Unknown,
+            };
+            oriented_box = complete(&oriented_box, prior, &object.key_views, stance, &self.walls);
+            if stance == Stance::Upright {
                 oriented_box = complete_foot(&oriented_box, prior, &object.key_views);
             }
         }
