@@ -2,9 +2,10 @@ use dymlm_core::vector3::{Vector3, along, difference, dot, unit};
 use dymlm_core::{Plane, Pose};
 use dymlm_geometry::OrientedBox;
 
+use super::reparameterizer::MAX_IOU_LOSS;
 use crate::object_map::{KeyView, KeyViews};
 use crate::parameterization::ALONG_VIEW;
-use crate::{Footprint, SideView, SizePrior};
+use crate::{Footprint, ObjectShape, ShapeKind, SideView, SizePrior};
 
 /// What is known of how a box stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,77 +17,110 @@ pub(super) enum Stance {
     Unknown,
 }
 
-/// Extends a box where no camera has seen the object's end, to the usual size of things of its label: away
-/// from the cameras, and on sides that something occludes in most of the views. Measured lengths are never
-/// shortened, an upright box keeps its height, and no box grows through a wall in front of which it stands.
-///
-/// A thing with an even footprint is assumed to be as deep as it is wide, and as wide as things of its kind and
-/// its height usually are. For an oblong one the side that fits better is taken as its length.
-pub(super) fn complete(
-    own: &OrientedBox,
-    prior: &SizePrior,
-    views: &KeyViews,
-    stance: Stance,
-    walls: &[Plane],
-) -> OrientedBox {
-    let upright = stance != Stance::Unknown;
-    if upright && prior.footprint == Footprint::Plate {
-        return complete_plate(own, prior, views, walls);
+/// How a box is completed: to the usual size of things of its label, as far as the views allow.
+pub(super) struct Completion<'a> {
+    pub(super) prior: &'a SizePrior,
+    pub(super) views: &'a KeyViews,
+    pub(super) stance: Stance,
+    /// Planes near the box, in the world.
+    pub(super) walls: &'a [Plane],
+}
+
+impl Completion<'_> {
+    /// Extends a box where no camera has seen the object's end: away from the cameras, or towards them if the
+    /// views' boxes show that; on sides that something occludes in most of the views; and upwards if the
+    /// views' boxes show a higher thing, as those of a laptop do whose screen gives no readings. Measured
+    /// lengths are never shortened, and no box grows through a wall in front of which it stands.
+    ///
+    /// A thing with an even footprint is assumed to be as deep as it is wide, and as wide as things of its
+    /// kind and its height usually are. For an oblong one the side that fits better is taken as its length.
+    pub(super) fn complete(&self, own: &OrientedBox) -> OrientedBox {
+        let is_upright = self.stance != Stance::Unknown;
+        if is_upright && self.prior.footprint == Footprint::Plate {
+            return self.complete_plate(own);
+        }
+        let completed = self.complete_sides(own);
+        let completed = if is_upright { self.complete_height(&completed) } else { completed };
+        if self.stance == Stance::Upright { self.complete_foot(&completed) } else { completed }
     }
-    let Some(mean_view) = mean_view(own, views) else { return *own };
-    let axes = axes_of(own);
-    let lengths = own.lengths();
-    let toward = |axis: usize| dot(axes[axis], mean_view).abs();
-    let candidates = if upright { 2 } else { 3 };
-    let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else {
-        return *own;
-    };
-    let across = if upright { 1 - depth } else { longer_of_others(lengths, depth) };
 
-    let hidden = hidden_ends(own, across, views);
-    let scale = if upright { scale_by_height(own, prior, views, stance) } else { 1.0 };
-    let usual = usual_lengths(prior, scale, [lengths[across], lengths[depth]], hidden.contains(&true));
-    let grown = widen(own, across, hidden, usual.across, walls);
-    let is_away = dot(axes[depth], mean_view) > 0.0;
-    widen(&grown, depth, [!is_away, is_away], usual.depth, walls)
-}
+    /// Extends the box along the view and across it.
+    fn complete_sides(&self, own: &OrientedBox) -> OrientedBox {
+        let Some(mean_view) = mean_view(own, self.views) else { return *own };
+        let (axes, lengths) = (axes_of(own), own.lengths());
+        let toward = |axis: usize| dot(axes[axis], mean_view).abs();
+        let is_upright = self.stance != Stance::Unknown;
+        let candidates = if is_upright { 2 } else { 3 };
+        let Some(depth) = (0..candidates).reduce(|a, b| if toward(b) > toward(a) { b } else { a }) else {
+            return *own;
+        };
+        let across = if is_upright { 1 - depth } else { longer_of_others(lengths, depth) };
 
-/// The same for an upright plate, a screen: its foot reaches as far before it as behind, and its length may
-/// be along the view.
-fn complete_plate(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, walls: &[Plane]) -> OrientedBox {
-    let lengths = own.lengths();
-    let hidden = [0, 1].map(|axis| hidden_ends(own, axis, views));
-    let misfit =
-        |axis: usize, usual: f64| misfit(lengths[axis].max(1e-3), usual, hidden[axis].contains(&true));
-    let (length, width) = (prior.length.typical, prior.width.typical);
-    let longer = usize::from(lengths[1] > lengths[0]);
-    let is_longer_the_length = misfit(longer, length) + misfit(1 - longer, width)
-        <= misfit(1 - longer, length) + misfit(longer, width);
-    let along = if is_longer_the_length { longer } else { 1 - longer };
-    let grown = widen(own, along, hidden[along], length, walls);
-    widen(&grown, 1 - along, [true; 2], width, walls)
-}
+        let hidden = hidden_ends(own, across, self.views);
+        let scale = if is_upright { self.scale_by_height(own) } else { 1.0 };
+        let measured = [lengths[across], lengths[depth]];
+        let usual = usual_lengths(self.prior, scale, measured, hidden.contains(&true));
+        let grown = widen(own, across, hidden, usual.across, self.walls);
+        let is_away = dot(axes[depth], mean_view) > 0.0;
+        let [away, near] = [is_away, !is_away]
+            .map(|is_high| widen(&grown, depth, [!is_high, is_high], usual.depth, self.walls));
+        self.better(away, near)
+    }
 
-/// Extends an upright box down to the usual height when views do not show its lower end. For boxes without a
-/// known plane under them.
-pub(super) fn complete_foot(own: &OrientedBox, prior: &SizePrior, views: &KeyViews) -> OrientedBox {
-    let up = axes_of(own)[2];
-    let is_foot_hidden = is_hidden(own, up.map(|c| -c), views);
-    widen(own, 2, [is_foot_hidden, false], prior.height.typical, &[])
+    /// Extends the box up to the usual height, if the views' boxes show that.
+    pub(super) fn complete_height(&self, own: &OrientedBox) -> OrientedBox {
+        let higher = widen(own, 2, [false, true], self.prior.height.typical, &[]);
+        self.better(*own, higher)
+    }
+
+    /// The usual of two boxes, or the other one, if that fits the views' boxes better than by the detector's
+    /// jitter. Both are compared as cuboids, which reach as far as any thing in them: an ellipsoid of the true
+    /// size fits worse than one that is too large if the thing has corners.
+    fn better(&self, usual: OrientedBox, other: OrientedBox) -> OrientedBox {
+        let cuboid = |own| ObjectShape::new(ShapeKind::Cuboid, own);
+        let fit = |own| self.views.mean_iou(&cuboid(own)).unwrap_or(0.0);
+        if usual != other && fit(other) > fit(usual) + MAX_IOU_LOSS { other } else { usual }
+    }
+
+    /// The same for an upright plate, a screen: its foot reaches as far before it as behind, and its length
+    /// may be along the view.
+    fn complete_plate(&self, own: &OrientedBox) -> OrientedBox {
+        let Self { prior, views, walls, .. } = *self;
+        let lengths = own.lengths();
+        let hidden = [0, 1].map(|axis| hidden_ends(own, axis, views));
+        let misfit =
+            |axis: usize, usual: f64| misfit(lengths[axis].max(1e-3), usual, hidden[axis].contains(&true));
+        let (length, width) = (prior.length.typical, prior.width.typical);
+        let longer = usize::from(lengths[1] > lengths[0]);
+        let is_longer_the_length = misfit(longer, length) + misfit(1 - longer, width)
+            <= misfit(1 - longer, length) + misfit(longer, width);
+        let along = if is_longer_the_length { longer } else { 1 - longer };
+        let grown = widen(own, along, hidden[along], length, walls);
+        let grown = widen(&grown, 1 - along, [true; 2], width, walls);
+        if self.stance == Stance::Upright { self.complete_foot(&grown) } else { grown }
+    }
+
+    /// Extends an upright box down to the usual height when views do not show its lower end. For boxes
+    /// without a known plane under them.
+    fn complete_foot(&self, own: &OrientedBox) -> OrientedBox {
+        let up = axes_of(own)[2];
+        let is_foot_hidden = is_hidden(own, up.map(|c| -c), self.views);
+        widen(own, 2, [is_foot_hidden, false], self.prior.height.typical, &[])
+    }
+
+    /// How many times as high an upright thing is as usual; of a thing that is not seen to both its ends, not
+    /// less than 1.
+    fn scale_by_height(&self, own: &OrientedBox) -> f64 {
+        let scale = own.lengths()[2] / self.prior.height.typical;
+        let [is_foot_hidden, is_top_hidden] = hidden_ends(own, 2, self.views);
+        let is_whole = !is_top_hidden && (self.stance == Stance::OnPlane || !is_foot_hidden);
+        if is_whole { scale } else { scale.max(1.0) }
+    }
 }
 
 struct UsualLengths {
     across: f64,
     depth: f64,
-}
-
-/// How many times as high an upright thing is as usual; of a thing that is not seen to both its ends, not less
-/// than 1.
-fn scale_by_height(own: &OrientedBox, prior: &SizePrior, views: &KeyViews, stance: Stance) -> f64 {
-    let scale = own.lengths()[2] / prior.height.typical;
-    let [is_foot_hidden, is_top_hidden] = hidden_ends(own, 2, views);
-    let is_whole = !is_top_hidden && (stance == Stance::OnPlane || !is_foot_hidden);
-    if is_whole { scale } else { scale.max(1.0) }
 }
 
 /// Usual width and depth of a thing of this kind, `scale` times as high as usual, given its measured lengths.
@@ -198,40 +232,54 @@ fn axes_of(own: &OrientedBox) -> [Vector3; 3] {
 
 #[cfg(test)]
 mod tests {
-    use dymlm_core::{BoundingBox, PinholeCamera};
+    use dymlm_core::PinholeCamera;
 
     use super::*;
     use crate::{Completeness, SizePriors};
 
     fn box_of(lengths: [f64; 3]) -> OrientedBox {
-        OrientedBox::new(Pose::identity(), lengths).unwrap()
+        box_at([0.0; 3], lengths)
     }
 
-    /// The camera is 2 m before the origin and looks along y, z up.
-    fn views(completeness: Completeness) -> KeyViews {
+    fn box_at(center: Vector3, lengths: [f64; 3]) -> OrientedBox {
+        OrientedBox::new(Pose::new(center, [0.0, 0.0, 0.0, 1.0]).unwrap(), lengths).unwrap()
+    }
+
+    /// A view in which the detector's box is around a thing. The camera is 2 m before the origin and looks
+    /// along y, z up.
+    fn views(shown: OrientedBox, completeness: Completeness) -> KeyViews {
         let rows = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+        let camera = PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap();
+        let world_from_camera = Pose::from_rotation_matrix(rows, [0.0, -2.0, 0.0]).unwrap();
+        let shape = ObjectShape::new(ShapeKind::Cuboid, shown);
+        let bounding_box = shape.image_box(&camera, &world_from_camera).unwrap();
         let mut views = KeyViews::default();
-        let view = KeyView {
-            camera: PinholeCamera::new(640, 480, 500.0, 500.0, 320.0, 240.0).unwrap(),
-            world_from_camera: Pose::from_rotation_matrix(rows, [0.0, -2.0, 0.0]).unwrap(),
-            bounding_box: BoundingBox::new(300.0, 200.0, 340.0, 260.0).unwrap(),
-            completeness,
-        };
-        views.add(view, 1);
+        views.add(KeyView { camera, world_from_camera, bounding_box, completeness }, 1);
         views
+    }
+
+    /// A box on a plane, completed by a view that shows `shown`.
+    fn complete(
+        label: &str,
+        own: OrientedBox,
+        shown: OrientedBox,
+        completeness: Completeness,
+        walls: &[Plane],
+    ) -> OrientedBox {
+        let priors = SizePriors::default();
+        let views = views(shown, completeness);
+        let prior = priors.of(label).unwrap();
+        Completion { prior, views: &views, stance: Stance::OnPlane, walls }.complete(&own)
+    }
+
+    /// The same of a view that shows what was measured.
+    fn complete_seen(label: &str, own: OrientedBox, completeness: Completeness) -> OrientedBox {
+        complete(label, own, own, completeness, &[])
     }
 
     #[test]
     fn the_far_side_of_a_round_thing_is_as_far_as_it_is_wide() {
-        let priors = SizePriors::default();
-        let bowl = priors.of("bowl").unwrap();
-        let completed = complete(
-            &box_of([0.16, 0.06, 0.08]),
-            bowl,
-            &views(Completeness::default()),
-            Stance::OnPlane,
-            &[],
-        );
+        let completed = complete_seen("bowl", box_of([0.16, 0.06, 0.08]), Completeness::default());
         assert_eq!(completed.lengths()[0], 0.16);
         assert!((completed.lengths()[1] - 0.16).abs() < 1e-12);
         // The near side stays where it is.
@@ -244,7 +292,9 @@ mod tests {
         let plant = priors.of("potted plant").unwrap();
         let half = box_of([0.19, 0.1, 0.5 * plant.height.typical]);
         let depth = |completeness: Completeness, stance: Stance| {
-            complete(&half, plant, &views(completeness), stance, &[]).lengths()[1]
+            let views = views(half, completeness);
+            let completion = Completion { prior: plant, views: &views, stance, walls: &[] };
+            completion.complete(&half).lengths()[1]
         };
         let seen = Completeness::default();
         assert!((0.18..0.21).contains(&depth(seen, Stance::OnPlane)));
@@ -259,33 +309,44 @@ mod tests {
     }
 
     #[test]
+    fn a_screen_without_readings_is_as_high_as_the_views_show() {
+        let (base, whole) = (box_of([0.32, 0.25, 0.03]), box_at([0.0, 0.0, 0.095], [0.32, 0.25, 0.22]));
+        let completed = complete("laptop", base, whole, Completeness::default(), &[]);
+        assert!((completed.lengths()[2] - 0.22).abs() < 1e-12, "{:?}", completed.lengths());
+        assert!((completed.center()[2] - 0.095).abs() < 1e-12);
+        // Nothing rises from a laptop that is closed.
+        assert_eq!(complete_seen("laptop", base, Completeness::default()).lengths()[2], 0.03);
+    }
+
+    #[test]
+    fn what_is_too_flat_to_be_measured_lies_where_the_views_show_it() {
+        let lid = box_of([0.34, 0.05, 0.2]);
+        let depth =
+            |shown: OrientedBox| complete("laptop", lid, shown, Completeness::default(), &[]).center()[1];
+        assert!((depth(box_at([0.0, -0.1, 0.0], [0.34, 0.25, 0.2])) + 0.1).abs() < 1e-12);
+        assert!((depth(lid) - 0.1).abs() < 1e-12, "otherwise it is hidden behind what is measured");
+    }
+
+    #[test]
     fn a_hidden_end_is_completed_and_a_seen_one_is_kept() {
-        let priors = SizePriors::default();
-        let keyboard = priors.of("keyboard").unwrap();
         let seen = box_of([0.24, 0.15, 0.03]);
-        assert_eq!(complete(&seen, keyboard, &views(Completeness::default()), Stance::OnPlane, &[]), seen);
-        let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
-        let completed = complete(&seen, keyboard, &hidden, Stance::OnPlane, &[]);
+        assert_eq!(complete_seen("keyboard", seen, Completeness::default()), seen);
+        let hidden = Completeness { right: SideView::Occluder, ..Completeness::default() };
+        let completed = complete_seen("keyboard", seen, hidden);
         assert_eq!(completed.lengths(), [0.44, 0.15, 0.03]);
         assert!((completed.center()[0] - 0.1).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
     }
 
     #[test]
     fn the_foot_of_a_monitor_is_on_both_sides() {
-        let priors = SizePriors::default();
-        let tv = priors.of("tv").unwrap();
-        let completed =
-            complete(&box_of([0.54, 0.04, 0.45]), tv, &views(Completeness::default()), Stance::OnPlane, &[]);
+        let completed = complete_seen("tv", box_of([0.54, 0.04, 0.45]), Completeness::default());
         assert_eq!(completed.lengths(), [0.54, 0.18, 0.45]);
         assert_eq!(completed.center(), [0.0; 3]);
     }
 
     #[test]
     fn a_screen_seen_from_its_edge_reaches_away_from_the_camera() {
-        let priors = SizePriors::default();
-        let tv = priors.of("tv").unwrap();
-        let completed =
-            complete(&box_of([0.05, 0.03, 0.45]), tv, &views(Completeness::default()), Stance::OnPlane, &[]);
+        let completed = complete_seen("tv", box_of([0.05, 0.03, 0.45]), Completeness::default());
         assert!((completed.lengths()[1] - 0.56).abs() < 1e-12, "{:?}", completed.lengths());
         assert!((completed.lengths()[0] - 0.18).abs() < 1e-12);
         // The edge that was seen stays where it is.
@@ -294,20 +355,17 @@ mod tests {
 
     #[test]
     fn a_screen_of_which_a_strip_is_seen_reaches_behind_what_hides_it() {
-        let priors = SizePriors::default();
-        let tv = priors.of("tv").unwrap();
-        let hidden = views(Completeness { right: SideView::Occluder, ..Completeness::default() });
-        let completed = complete(&box_of([0.15, 0.04, 0.45]), tv, &hidden, Stance::OnPlane, &[]);
+        let hidden = Completeness { right: SideView::Occluder, ..Completeness::default() };
+        let completed = complete_seen("tv", box_of([0.15, 0.04, 0.45]), hidden);
         assert_eq!(completed.lengths(), [0.56, 0.18, 0.45]);
         assert!((completed.center()[0] - 0.205).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
     }
 
     #[test]
     fn nothing_grows_through_a_wall() {
-        let priors = SizePriors::default();
-        let (chair, own) = (priors.of("chair").unwrap(), box_of([0.5, 0.2, 0.9]));
+        let own = box_of([0.5, 0.2, 0.9]);
         let depth = |walls: &[Plane]| {
-            let completed = complete(&own, chair, &views(Completeness::default()), Stance::OnPlane, walls);
+            let completed = complete("chair", own, own, Completeness::default(), walls);
             (completed.lengths()[1], completed.center()[1] + 0.5 * completed.lengths()[1])
         };
         assert!(depth(&[]).0 > 0.45);

@@ -2,7 +2,7 @@ use dymlm_core::vector3::{along, difference, norm};
 use dymlm_core::{ConfigError, Plane, Point, Pose};
 use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 
-use super::completion::{Stance, complete, complete_foot};
+use super::completion::{Completion, Stance};
 use super::outliers::OutlierFilter;
 use crate::object_map::FULL;
 use crate::support::drop_repeated;
@@ -115,8 +115,6 @@ impl Reparameterizer {
         let least_height = prior.filter(|_| is_flat).map_or(0.0, |prior| prior.height.min);
         let fit = plane.map_or(fit, |plane| fit.standing_on(&plane, least_height));
         let mut oriented_box = fit.oriented_box.transformed(&local_from_world.inverse());
-        // Colours show the whole of a flat thing, so it is not completed.
-        let prior = prior.filter(|_| !is_flat);
         if let Some(prior) = prior {
             self.find_walls(&oriented_box, prior, planes);
             let stance = match (plane, vertical) {
@@ -124,10 +122,14 @@ impl Reparameterizer {
                 (None, Some(_)) => Stance::Upright,
                 (None, None) => Stance::Unknown,
             };
-            oriented_box = complete(&oriented_box, prior, &object.key_views, stance, &self.walls);
-            if stance == Stance::Upright {
-                oriented_box = complete_foot(&oriented_box, prior, &object.key_views);
-            }
+            let (views, walls) = (&object.key_views, &self.walls);
+            let completion = Completion { prior, views, stance, walls };
+            // Colours show all sides of a flat thing, but not what rises from it without readings.
+            oriented_box = if is_flat {
+                completion.complete_height(&oriented_box)
+            } else {
+                completion.complete(&oriented_box)
+            };
         }
         Some(BoxFit { oriented_box, ..fit })
     }

@@ -328,12 +328,12 @@ fn what_is_far_is_forgotten_unless_somebody_carries_it() {
     assert_eq!(mapper.map().len(), 2);
 }
 
-/// Two backs of chairs, 25 cm behind each other. Each alone is taken to be as deep as it is wide, so their boxes
+/// Two backs of chairs, 20 cm behind each other. Each alone is taken to be as deep as it is wide, so their boxes
 /// overlap.
 #[test]
 fn what_the_detector_sees_as_two_at_once_stays_two() {
     let back = |y: f64, height: f64| upright([0.0, y, 0.5 * height], 0.0, [0.5, 0.05, height]);
-    let scene = room(vec![back(2.0, 0.7), back(2.25, 1.0)], &[]);
+    let scene = room(vec![back(2.0, 0.7), back(2.2, 1.0)], &[]);
     let count = |labels: fn(usize) -> &'static [(usize, &'static str)]| {
         let mut mapper = mapper();
         for step in 0..20 {
@@ -351,7 +351,7 @@ fn what_the_detector_sees_as_two_at_once_stays_two() {
 #[test]
 fn what_was_seen_as_two_stays_two_when_one_of_them_goes_into_a_third() {
     let back = |y: f64, height: f64| upright([0.0, y, 0.5 * height], 0.0, [0.5, 0.05, height]);
-    let scene = room(vec![back(2.0, 0.7), back(2.25, 1.0), back(8.0, 1.0)], &[]);
+    let scene = room(vec![back(2.0, 0.7), back(2.2, 1.0), back(8.0, 1.0)], &[]);
     let mut mapper = mapper();
     let show_at = |mapper: &mut ObjectMapper, time: usize, y: f64, labels: &[(usize, &str)]| {
         let pose = near([0.0, y - 1.8, 1.3], time, [0.0, y + 0.1, 0.5]);
