@@ -145,6 +145,24 @@ impl MapBuilder {
         Ok(moved)
     }
 
+    /// Ends the carrying of an object that is not followed any more, as where its carrier has left with it: the
+    /// map has it where it stood when it was taken up, and frames judge that again. Where they look through that
+    /// place it is removed. Does nothing for an object that nobody carries. Without a release, a carried object
+    /// stays in the map, and what is put in its place is an object of its own once that has been free.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownObject`].
+    pub fn release_object(&mut self, object: ObjectId) -> Result<(), Error> {
+        if self.map.objects().object(object).is_none() {
+            return Err(Error::UnknownObject { object });
+        }
+        self.carried.remove(&object);
+        self.lifted.remove(&object);
+        self.set_held(object, false);
+        Ok(())
+    }
+
     /// The last key frame in the log that has seen an object.
     fn last_seen(&self, object: ObjectId) -> Option<FrameId> {
         let objects = self.map.objects();

@@ -132,8 +132,8 @@ impl KeyViews {
         move |place| view.is_some_and(|(view, camera_from_world)| view.excludes(camera_from_world, place))
     }
 
-    /// Drops the views that fit the new shape of a thing that has moved clearly worse than the old one: they are of
-    /// where it stood before. Returns whether there were any.
+    /// Drops the views that fit the new shape of a thing that has moved clearly worse than the old one: they
+    /// are of where it stood before. Returns whether there were any.
     pub(crate) fn drop_outdated(&mut self, old: &ObjectShape, new: &ObjectShape) -> bool {
         let before = self.views.len();
         self.views.retain(|view| !view.prefers(old, new));

@@ -20,8 +20,8 @@ impl MapObject {
         self.looked_through = 0;
     }
 
-    /// Forgets what was seen of where it stood before somebody pushed it along: frames have found it at its new place
-    /// already, and from there it counts anew which views it was seen in.
+    /// Forgets what was seen of where it stood before somebody pushed it along. Frames have found it at its new
+    /// place already; its views there count anew.
     pub(crate) fn forget_old_place(&mut self) {
         self.centroids = CentroidCloud::default();
         self.sightings.clear();

@@ -136,8 +136,8 @@ impl ObjectCloud {
         }
     }
 
-    /// Takes out the voxels whose mean place in the world is no longer the object's. Returns whether there were
-    /// any.
+    /// Takes out the voxels whose mean place in the world is no longer the object's. Returns whether there
+    /// were any.
     pub(crate) fn take_out(&mut self, is_gone: impl Fn(Vector3) -> bool) -> bool {
         let (before, origin) = (self.voxels.len(), self.origin);
         self.voxels.retain(|_, voxel| !is_gone(along(voxel.place(), 1.0, origin)));

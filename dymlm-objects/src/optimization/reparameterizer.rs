@@ -94,8 +94,9 @@ impl Reparameterizer {
         Proposal::Accepted
     }
 
-    /// Takes an object's points in free space out of it: those of where it stood before somebody pushed it along.
-    /// Returns whether any of them had a say in its parameters, which must then be fitted [anew](Self::follow).
+    /// Takes an object's points in free space out of it: those of where it stood before somebody pushed it
+    /// along. Returns whether any of them had a say in its parameters, which must then be fitted
+    /// [anew](Self::follow).
     pub(crate) fn take_free_points(
         &mut self,
         object: &mut MapObject,
@@ -109,9 +110,9 @@ impl Reparameterizer {
         had_a_say
     }
 
-    /// [`Self::update`] of an object that has lost points: where the last observation fits the new parameters
-    /// clearly better than the old ones the thing has moved, and views that say otherwise are of its old place, as are
-    /// points beyond its outline: too near to where it stands now for the evidence to tell the two apart.
+    /// [`Self::update`] of an object that has lost points. Where the last observation fits the new parameters
+    /// clearly better than the old ones the thing has moved, and views that say otherwise are of its old place,
+    /// as are points beyond its outline: too near to where it stands now for the evidence to tell them apart.
     pub(crate) fn follow(
         &mut self,
         object: &mut MapObject,

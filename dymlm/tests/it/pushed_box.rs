@@ -1,5 +1,5 @@
-//! A box is pushed along by half its width, and nobody tells the maps: the object stands where the box stands now,
-//! as large as it is, and leaves nothing at its old place.
+//! A box is pushed along by half its width, and nobody tells the maps: the object stands where the box stands
+//! now, as large as it is, and leaves nothing at its old place.
 
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose};
 use dymlm::objects::MapObject;
@@ -83,8 +83,8 @@ fn the_object(builder: &MapBuilder) -> &MapObject {
     objects[0]
 }
 
-/// By how much the box of an object differs from that which stands at a place, as shares of its lengths: the lengths,
-/// and the centre.
+/// By how much the box of an object differs from that which stands at a place, as shares of its lengths: the
+/// lengths, and the centre.
 fn errors(object: &MapObject, center: [f64; 3]) -> [[f64; 3]; 2] {
     let corners = object.oriented_box().corners();
     let end = |axis: usize, pick: fn(f64, f64) -> f64| corners.iter().map(|c| c[axis]).reduce(pick).unwrap();
@@ -110,7 +110,8 @@ fn assert_stands_at(builder: &MapBuilder, center: [f64; 3], share: f64, context:
 
 #[test]
 fn a_box_that_is_pushed_by_half_its_width_stands_at_its_new_place_alone() {
-    // Pushed away, the last five centimetres of its upper side are too near before its new front to be looked through.
+    // Pushed away, the last five centimetres of its upper side are too near before its new front to be looked
+    // through.
     let pushes = [
         ([0.5, 0.0, 0.0], 0.1),
         ([-0.5, 0.0, 0.0], 0.1),
