@@ -81,8 +81,10 @@ const LOOKS_LIKE: f64 = 0.4;
 const MOST_CHECKED: usize = 64;
 /// Most merges per frame; further ones wait for the next frame.
 const MAX_MERGES: usize = 16;
-/// Frames in view after which an object that was detected only once is removed.
-const PATIENCE: u32 = 30;
+/// A tentative object that was detected in less than one of so many frames in view is removed. What frames of
+/// one look say is bounded, so a camera at rest removes nothing that was found on the way around it. A lower
+/// value removes what detectors seldom find, a higher one keeps their mistakes for longer.
+const PATIENCE: f64 = 30.0;
 /// Least share of an object's projection that a view must show before it is confirmed, 0..=1: of a couch
 /// whose arm looks out behind a table the box is a guess from the label's usual size. A lower value confirms
 /// such guesses, a higher one leaves out what is rightly completed.
@@ -592,13 +594,15 @@ impl ObjectMapper {
         self.observed.binary_search_by_key(&birth, |(birth, _)| *birth).is_ok()
     }
 
-    /// Removes objects that frames look through, and objects that were detected only once in many views.
+    /// Removes objects that frames look through, and tentative ones that are hardly ever detected where they
+    /// are in view.
     fn remove_ghosts(&mut self) {
         let least = self.config.update.min_looked_through;
         let held = &self.held;
         let is_ghost = |object: &MapObject| {
             let is_gone = object.looked_through >= least && object.looked_through > object.observations;
-            let was_mistaken = object.observations == 1 && object.frames_in_view > PATIENCE;
+            let was_mistaken =
+                object.state == ObjectState::Tentative && PATIENCE * object.detected_share.share() < 1.0;
             (is_gone || was_mistaken) && !held.contains_key(&object.birth)
         };
         for &birth in &self.in_view {
