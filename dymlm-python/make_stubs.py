@@ -76,6 +76,7 @@ T = {
         "settle": "-> None",
         "track_object": "object: int, frame: Frame -> ObjectTracker",
         "follow_object": "tracker: ObjectTracker -> ObjectMove | None",
+        "release_object": "object: int -> None",
         "map": "-> Map",
         "reader": "-> MapReader",
         "finish": "-> Map",

@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use dymlm_core::vector3::{bounds, boxes_touch, difference, norm};
@@ -51,8 +51,8 @@ pub struct ObjectMapper {
     reparameterizer: Reparameterizer,
     pub(crate) map: ObjectMap,
     pub(crate) last_timestamp: Option<f64>,
-    /// The objects that somebody carries.
-    pub(crate) held: BTreeSet<Birth>,
+    /// The objects that somebody carries, and whether the place where each stood is known to be free.
+    pub(crate) held: BTreeMap<Birth, bool>,
     pub(crate) vertical: Vertical,
     observations: Vec<ObjectObservation>,
     /// The associated object of each observation.
@@ -81,8 +81,10 @@ const LOOKS_LIKE: f64 = 0.4;
 const MOST_CHECKED: usize = 64;
 /// Most merges per frame; further ones wait for the next frame.
 const MAX_MERGES: usize = 16;
-/// Frames in view after which an object that was detected only once is removed.
-const PATIENCE: u32 = 30;
+/// A tentative object that was detected in less than one of so many frames in view is removed. What frames of
+/// one look say is bounded, so a camera at rest removes nothing that was found on the way around it. A lower
+/// value removes what detectors seldom find, a higher one keeps their mistakes for longer.
+const PATIENCE: f64 = 30.0;
 /// Least share of an object's projection that a view must show before it is confirmed, 0..=1: of a couch
 /// whose arm looks out behind a table the box is a guess from the label's usual size. A lower value confirms
 /// such guesses, a higher one leaves out what is rightly completed.
@@ -108,7 +110,7 @@ impl ObjectMapper {
             reparameterizer: Reparameterizer::new(config.update.isolation_forest)?,
             map: ObjectMap::new(sensor.max_depth.into()),
             last_timestamp: None,
-            held: BTreeSet::new(),
+            held: BTreeMap::new(),
             vertical: Vertical::new(config.parameterization.up),
             observations: Vec::new(),
             matches: Vec::new(),
@@ -145,6 +147,8 @@ impl ObjectMapper {
             let Self { map, in_view, sensor, .. } = self;
             let (camera, max_depth) = (view.frame.camera(), sensor.max_depth.into());
             map.index.in_view(map, camera, &view.world_from_camera, max_depth, in_view);
+            // What is seen where a carried object has left free space is not that object.
+            in_view.retain(|birth| self.held.get(birth) != Some(&true));
             self.parameterize(view, planes);
             self.associate(view);
             self.update(view, planes);
@@ -205,7 +209,7 @@ impl ObjectMapper {
         for (index, observation) in observations.iter().enumerate() {
             match self.matches.get(index).copied().flatten() {
                 // Something else is where a carried object stood.
-                Some(object) if self.held.contains(&object) => {
+                Some(object) if self.held.contains_key(&object) => {
                     self.reject(observation.detection, RejectionCause::Occupied);
                 }
                 Some(object) => self.update_object(view, index, observation, object, planes),
@@ -263,17 +267,21 @@ impl ObjectMapper {
     }
 
     /// Marks an object as carried by somebody: until it is [released](Self::release) or
-    /// [moved](Self::move_object), it stays in the map where it stood, and frames do not change it. Any
-    /// number of objects can be held at once. Returns whether the object was not held before; `false` when it
-    /// is not in the map.
+    /// [moved](Self::move_object), it stays in the map where it stood, and frames do not change it. What is
+    /// detected there is something else, and becomes an object once that place is [known](Self::remove_where)
+    /// to be free. Any number of objects can be held at once. Returns whether the object was not held before;
+    /// `false` when it is not in the map.
     pub fn hold(&mut self, object: ObjectId) -> bool {
-        self.map.object(object).is_some_and(|object| self.held.insert(object.birth))
+        let birth = self.map.object(object).map(|object| object.birth);
+        let new = birth.filter(|birth| !self.held.contains_key(birth));
+        self.held.extend(new.map(|birth| (birth, false)));
+        new.is_some()
     }
 
     /// Marks an object as no longer carried. Returns whether it was held before.
     pub fn release(&mut self, object: ObjectId) -> bool {
         let birth = self.map.object(object).map(|object| object.birth);
-        let released = birth.filter(|birth| self.held.remove(birth));
+        let released = birth.filter(|birth| self.held.remove(birth).is_some());
         // What was put in its place meanwhile may be the same thing.
         self.changed.extend(released);
         released.is_some()
@@ -291,7 +299,7 @@ impl ObjectMapper {
 
     /// The objects that are held.
     pub fn held(&self) -> impl Iterator<Item = ObjectId> {
-        self.held.iter().map(|&birth| self.map.names.id(birth))
+        self.held.keys().map(|&birth| self.map.names.id(birth))
     }
 
     /// Moves an object with its points and views, and [releases](Self::release) it. Returns its new box;
@@ -308,7 +316,8 @@ impl ObjectMapper {
     }
 
     /// Removes the objects for which `is_gone` holds and whose box reaches into a region (lowest and highest
-    /// corner, metres, world); returns their ids. Carried objects stay.
+    /// corner, metres, world); returns their ids. Carried objects stay, but where `is_gone` holds they no longer
+    /// keep others from the place where they stood.
     pub fn remove_where(
         &mut self,
         region: [[f64; 3]; 2],
@@ -318,10 +327,65 @@ impl ObjectMapper {
         let mut gone = Vec::new();
         self.map.index.within(region, &mut gone);
         gone.retain(|birth| {
-            let object = self.map.born(*birth).filter(|object| !self.held.contains(&object.birth));
-            object.is_some_and(|object| reaches_in(object) && is_gone(object))
+            self.map.born(*birth).is_some_and(|object| reaches_in(object) && is_gone(object))
+        });
+        gone.retain(|birth| match self.held.get_mut(birth) {
+            Some(is_free) => {
+                *is_free = true;
+                false
+            }
+            None => true,
         });
         gone.into_iter().filter_map(|birth| Some(self.map.remove(birth)?.id)).collect()
+    }
+
+    /// Takes the points for which `is_free` holds out of the objects that were observed after a time (seconds)
+    /// and whose box reaches into a region (lowest and highest corner, metres, world): a thing that somebody has
+    /// pushed along is seen where it stands now, and its points at its old place are in free space. An object
+    /// that is not seen any more is judged [as a whole](Self::remove_where). Carried objects stay as they are.
+    ///
+    /// Returns the objects in whose parameters these points had a say: [`fit_anew`](Self::fit_anew) them.
+    pub fn take_free_points(
+        &mut self,
+        region: [[f64; 3]; 2],
+        since: f64,
+        is_free: impl Fn([f64; 3]) -> bool,
+    ) -> Vec<ObjectId> {
+        let Self { map, held, reparameterizer, near, .. } = self;
+        map.index.within(region, near);
+        let mut changed = Vec::new();
+        for &birth in near.iter().filter(|birth| !held.contains_key(birth)) {
+            let object = map.place(birth).and_then(|place| map.objects.get_mut(place));
+            let is_asked = |object: &&mut Arc<MapObject>| {
+                object.last_seen > since
+                    && boxes_touch(bounds(object.oriented_box.corners()), region)
+                    && object.points().any(&is_free)
+            };
+            // Clones go on sharing the objects that lose nothing.
+            let Some(object) = object.filter(is_asked).map(Arc::make_mut) else { continue };
+            if reparameterizer.take_free_points(object, &is_free) {
+                changed.push(object.id);
+            }
+        }
+        changed
+    }
+
+    /// Fits objects anew that have lost points. Returns those that have new parameters.
+    pub fn fit_anew(&mut self, objects: &[ObjectId], planes: &dyn SupportingPlanes) -> Vec<ObjectId> {
+        let mut updated = Vec::new();
+        for &id in objects {
+            let birth = self.map.object(id).map(|object| object.birth);
+            let place = birth.and_then(|birth| self.map.place(birth));
+            let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
+            let object = Arc::make_mut(object);
+            let (vertical, config) = (self.vertical.direction(), &self.config);
+            if self.reparameterizer.follow(object, vertical, &config.sizes, &config.shapes, planes) {
+                self.map.index.place(object);
+                self.changed.insert(object.birth);
+                updated.push(id);
+            }
+        }
+        updated
     }
 
     /// Forgets the objects whose centre is farther than `radius` metres from a place (world), except carried
@@ -330,7 +394,7 @@ impl ObjectMapper {
         let is_far = |object: &&MapObject| {
             let away = norm(difference(object.oriented_box.center(), center));
             // A NaN radius forgets nothing.
-            away > radius && !self.held.contains(&object.birth)
+            away > radius && !self.held.contains_key(&object.birth)
         };
         let far: Vec<Birth> = self.map.all().filter(is_far).map(|object| object.birth).collect();
         for birth in far {
@@ -508,7 +572,7 @@ impl ObjectMapper {
 
     fn judge_existence(&mut self, view: &ObjectView<'_>) {
         for &birth in &self.in_view {
-            if self.is_observed(birth) || self.held.contains(&birth) {
+            if self.is_observed(birth) || self.held.contains_key(&birth) {
                 continue;
             }
             let place = self.map.place(birth);
@@ -530,14 +594,16 @@ impl ObjectMapper {
         self.observed.binary_search_by_key(&birth, |(birth, _)| *birth).is_ok()
     }
 
-    /// Removes objects that frames look through, and objects that were detected only once in many views.
+    /// Removes objects that frames look through, and tentative ones that are hardly ever detected where they
+    /// are in view.
     fn remove_ghosts(&mut self) {
         let least = self.config.update.min_looked_through;
         let held = &self.held;
         let is_ghost = |object: &MapObject| {
             let is_gone = object.looked_through >= least && object.looked_through > object.observations;
-            let was_mistaken = object.observations == 1 && object.frames_in_view > PATIENCE;
-            (is_gone || was_mistaken) && !held.contains(&object.birth)
+            let was_mistaken =
+                object.state == ObjectState::Tentative && PATIENCE * object.detected_share.share() < 1.0;
+            (is_gone || was_mistaken) && !held.contains_key(&object.birth)
         };
         for &birth in &self.in_view {
             if self.map.born(birth).is_some_and(is_ghost) {
@@ -580,7 +646,7 @@ impl ObjectMapper {
     fn find_duplicates(&mut self) -> Option<[Birth; 2]> {
         let confirm = self.config.update.min_observations;
         while let Some(&birth) = self.changed.first() {
-            let is_carried = |birth: &Birth| self.held.contains(birth);
+            let is_carried = |birth: &Birth| self.held.contains_key(birth);
             if let Some(own) = self.map.born(birth).filter(|_| !is_carried(&birth)) {
                 self.map.index.within(bounds(own.oriented_box.corners()), &mut self.near);
                 let others = self.near.iter().filter(|other| !is_carried(other));

@@ -20,7 +20,7 @@ struct Head {
     last_timestamp: Option<f64>,
     /// Times of the last three runs of the detector, seconds.
     times: [f64; 3],
-    held: BTreeSet<Birth>,
+    held: BTreeMap<Birth, bool>,
     changed: BTreeSet<Birth>,
     supports: BTreeSet<PlaneId>,
     vertical: VerticalVotes,

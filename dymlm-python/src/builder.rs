@@ -172,6 +172,12 @@ impl PyMapBuilder {
         Ok(moved.as_ref().map(PyObjectMove::of))
     }
 
+    /// Ends the carrying of an object that is not followed any more, as where its carrier has left with it:
+    /// the map has it where it stood, and removes it where frames look through that place.
+    fn release_object(&self, py: Python<'_>, object: u64) -> PyResult<()> {
+        self.with(py, |builder| builder.release_object(ObjectId::new(object)).or_raise())
+    }
+
     /// The maps in their current state: a Map that does not change while the builder goes on. It shares
     /// unchanged memory with the builder.
     fn map(&self, py: Python<'_>) -> PyResult<PyMap> {

@@ -60,6 +60,9 @@ def test_what_cannot_be_followed_is_refused():
     tracker = builder.track_object(box.id, sequence[BEFORE - 1])
     with pytest.raises(dymlm.Error, match="tracked no frame"):
         builder.follow_object(tracker)
+    with pytest.raises(dymlm.Error, match="no object 999"):
+        builder.release_object(999)
+    builder.release_object(box.id)
     frame = sequence[BEFORE]
     colorless = dymlm.Frame(frame.camera, frame.timestamp, frame.depth, None, frame.world_from_camera)
     with pytest.raises(dymlm.Error, match="colo"):

@@ -36,7 +36,9 @@ pub struct ObjectMove {
 
 /// What is remembered of an object while somebody carries it.
 #[derive(Debug, Clone)]
-pub(crate) struct Lifted {
+pub(crate) struct Carried {
+    /// Its box in the next frame, with a rim, in the world; none once that frame has come.
+    pub(crate) body: Option<OrientedBox>,
     /// The last key frame that saw it stand at its old place; none without a history.
     seen_by: Option<FrameId>,
     /// From the old place as its tracker has it to where the maps have it. A correction moves the former with
@@ -44,11 +46,17 @@ pub(crate) struct Lifted {
     map_from_tracker: Pose,
 }
 
-impl Lifted {
-    /// Follows a correction that has moved frames by `motion` and the newest frame by `newest`.
-    pub(crate) fn follow(&mut self, motion: impl Fn(FrameId) -> Pose, newest: &Pose) {
+impl Carried {
+    /// Follows a correction that has moved frames by `motion` and the newest frame by `newest`, if at all.
+    pub(crate) fn follow(&mut self, motion: impl Fn(FrameId) -> Option<Pose>, newest: Option<Pose>) {
+        let or_stays = |motion: Option<Pose>| motion.unwrap_or_else(Pose::identity);
         if let Some(frame) = self.seen_by {
-            self.map_from_tracker = motion(frame) * self.map_from_tracker * newest.inverse();
+            let tracker_motion = or_stays(newest);
+            self.map_from_tracker =
+                or_stays(motion(frame)) * self.map_from_tracker * tracker_motion.inverse();
+        }
+        if let Some((body, new_from_old)) = self.body.as_mut().zip(newest) {
+            *body = body.transformed(&new_from_old);
         }
     }
 }
@@ -121,8 +129,8 @@ impl MapBuilder {
         }
         let moved = match &update.came_to_rest {
             Some(rest) => {
-                let lifted = self.lifted.get(&object);
-                let moved_from = lifted.map_or(rest.moved_from, |it| it.map_from_tracker * rest.moved_from);
+                let carried = self.carried.get(&object);
+                let moved_from = carried.map_or(rest.moved_from, |it| it.map_from_tracker * rest.moved_from);
                 let new_from_old = rest.world_from_object * moved_from.inverse();
                 let tracked = body_at(tracker, &moved_from, RIM_AT_REST);
                 Some(self.put_down(object, BodyMotion { new_from_old, tracked })?)
@@ -130,19 +138,38 @@ impl MapBuilder {
             None => None,
         };
         let is_carried = update.state != ObjectState::AtRest;
-        self.carried.remove(&object);
         self.set_held(object, is_carried);
         if is_carried {
+            let before = self.carried.remove(&object);
+            let taken_up = || Carried {
+                body: None,
+                seen_by: self.last_seen(object),
+                map_from_tracker: Pose::identity(),
+            };
             let body = body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
-            self.carried.extend(body.map(|body| (object, body)));
-            if !self.lifted.contains_key(&object) {
-                let lifted = Lifted { seen_by: self.last_seen(object), map_from_tracker: Pose::identity() };
-                self.lifted.insert(object, lifted);
-            }
+            let carried = Carried { body, ..before.unwrap_or_else(taken_up) };
+            self.carried.insert(object, carried);
         } else {
-            self.lifted.remove(&object);
+            self.carried.remove(&object);
         }
         Ok(moved)
+    }
+
+    /// Ends the carrying of an object that is not followed any more, as where its carrier has left with it: the
+    /// map has it where it stood when it was taken up, and frames judge that again. Where they look through that
+    /// place it is removed. Does nothing for an object that nobody carries. Without a release, a carried object
+    /// stays in the map, and what is put in its place is an object of its own once that has been free.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownObject`].
+    pub fn release_object(&mut self, object: ObjectId) -> Result<(), Error> {
+        if self.map.objects().object(object).is_none() {
+            return Err(Error::UnknownObject { object });
+        }
+        self.carried.remove(&object);
+        self.set_held(object, false);
+        Ok(())
     }
 
     /// The last key frame in the log that has seen an object.

@@ -3,6 +3,7 @@ use dymlm_core::ObjectId;
 use dymlm_core::vector3::bounds;
 
 use crate::MultiLevelMap;
+use crate::supporting_planes::MappedPlanes;
 
 /// How often the maps are compared with the evidence, seconds of the frames' clock: often enough for maps
 /// that change within seconds, seldom enough to cost a frame next to nothing.
@@ -17,6 +18,15 @@ pub(crate) struct GhostRemoval {
     /// Revision of the evidence that the maps were last compared with.
     revision: u32,
     last: f64,
+}
+
+/// What a comparison with the evidence has changed in the object map.
+#[derive(Debug, Default)]
+pub(crate) struct FreedObjects {
+    /// Objects that are gone.
+    pub(crate) removed: Vec<ObjectId>,
+    /// Objects with new parameters, since they were pushed along.
+    pub(crate) updated: Vec<ObjectId>,
 }
 
 impl Default for GhostRemoval {
@@ -34,17 +44,18 @@ impl GhostRemoval {
 
 impl MultiLevelMap {
     /// Removes from octree, planes and objects what the cloud's evidence has found to be no part of the
-    /// static world, when the interval has passed; returns the objects that are gone.
-    pub(crate) fn remove_ghosts_when_due(&mut self, timestamp: f64) -> Vec<ObjectId> {
+    /// static world, when the interval has passed.
+    pub(crate) fn remove_ghosts_when_due(&mut self, timestamp: f64) -> FreedObjects {
         if !self.ghost_removal.is_due(timestamp) {
-            return Vec::new();
+            return FreedObjects::default();
         }
+        let freed = self.remove_ghosts();
         self.ghost_removal.last = timestamp;
-        self.remove_ghosts()
+        freed
     }
 
     /// The same at once, where the evidence has changed since the last time.
-    pub(crate) fn remove_ghosts(&mut self) -> Vec<ObjectId> {
+    pub(crate) fn remove_ghosts(&mut self) -> FreedObjects {
         let Self { cloud, octree, planes, objects, ghost_removal, .. } = self;
         let verdicts = cloud.verdicts();
         let boxes: Vec<[[f64; 3]; 2]> = verdicts.ghost_boxes_since(ghost_removal.revision).collect();
@@ -59,12 +70,15 @@ impl MultiLevelMap {
             || planes.judge(boxes.iter().copied(), looked_at, FREE_SHARE, |place| verdicts.is_free(place));
         let free_others = || {
             if boxes.is_empty() {
-                return Vec::new();
+                return (Vec::new(), Vec::new());
             }
             octree.free_cells(boxes.iter().copied(), |center| is_ghost_cell(&verdicts, center, half));
-            objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()))
+            let removed = objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()));
+            let is_free = |place| verdicts.is_free(place) == Some(true);
+            (removed, objects.take_free_points(region, ghost_removal.last, is_free))
         };
-        crate::parallel::join(judge_planes, free_others).1
+        let (removed, changed) = crate::parallel::join(judge_planes, free_others).1;
+        FreedObjects { removed, updated: objects.fit_anew(&changed, &MappedPlanes(planes)) }
     }
 }
 

@@ -92,8 +92,11 @@ impl<'a> KeyFrameView<'a> {
         let (cloud, octree) = (clock.note(Stage::Cloud, cloud)?, clock.note(Stage::Octree, octree)?);
         let (planes, mut objects) = things?;
         let time = self.frame.timestamp();
-        let gone = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(time));
-        objects.removed.extend(gone);
+        let freed = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(time));
+        objects.removed.extend(freed.removed);
+        objects.updated.extend(freed.updated);
+        objects.updated.sort_unstable();
+        objects.updated.dedup();
         Ok(MapUpdate { cloud, octree, planes, objects })
     }
 

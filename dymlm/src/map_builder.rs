@@ -7,7 +7,7 @@ use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 use dymlm_planes::PlaneDetector;
 
-use crate::carried_object::Lifted;
+use crate::carried_object::Carried;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
 use crate::logged_sessions::Session;
@@ -43,10 +43,8 @@ pub struct MapBuilder {
     pub(crate) processed: Option<FrameId>,
     pub(crate) snapshots: Snapshots,
     pub(crate) clock: SessionClock,
-    /// Boxes of the carried objects in the next frame, with a rim, in the world.
-    pub(crate) carried: BTreeMap<ObjectId, OrientedBox>,
     /// The objects that somebody carries.
-    pub(crate) lifted: BTreeMap<ObjectId, Lifted>,
+    pub(crate) carried: BTreeMap<ObjectId, Carried>,
     pub(crate) map: MultiLevelMap,
     pub(crate) publisher: Publisher,
     pub(crate) scan_mapper: ScanMapper,
@@ -81,7 +79,6 @@ impl MapBuilder {
             snapshots: Snapshots::default(),
             clock: SessionClock::default(),
             carried: BTreeMap::new(),
-            lifted: BTreeMap::new(),
             map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
@@ -123,7 +120,8 @@ impl MapBuilder {
         self.check(input)?;
         self.pager.page_out(&mut self.map, &mut self.snapshots)?;
         let (id, mut released) = self.begin_input(input.frame.timestamp(), &input.world_from_camera)?;
-        let carried: Vec<OrientedBox> = std::mem::take(&mut self.carried).into_values().collect();
+        let carried: Vec<OrientedBox> =
+            self.carried.values_mut().filter_map(|carried| carried.body.take()).collect();
         if self.waiting.must_wait(&input.found) {
             self.waiting.push(id, input, carried);
             let mut report = FrameReport::waiting(id, input.frame.timestamp());

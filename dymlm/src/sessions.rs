@@ -56,7 +56,6 @@ impl MapBuilder {
         self.processed = None;
         self.clock = SessionClock::default();
         self.carried.clear();
-        self.lifted.clear();
         self.begin_session_of_maps();
         Ok(reports)
     }

@@ -2,7 +2,8 @@ use dymlm_core::{BoundingBox, PinholeCamera, Pose};
 
 use super::FULL;
 use crate::association::visible_iou;
-use crate::{Completeness, ObjectShape};
+use crate::optimization::MAX_IOU_LOSS;
+use crate::{Completeness, ObjectShape, SideView};
 
 /// The camera, pose and box of one detection of an object.
 #[derive(Debug, Clone, Copy)]
@@ -23,6 +24,24 @@ impl KeyView {
         })
     }
 
+    /// Whether a place of the world is beyond a side of the detector's box that is an end of the thing.
+    fn excludes(&self, camera_from_world: Pose, place: [f64; 3]) -> bool {
+        let Some([u, v]) = self.camera.project(camera_from_world.transform_point(place)) else {
+            return false;
+        };
+        let own = &self.bounding_box;
+        let [left, top, right, bottom] = self.completeness.sides().map(|side| side == SideView::Whole);
+        (left && u < own.x_min().into())
+            || (top && v < own.y_min().into())
+            || (right && u > own.x_max().into())
+            || (bottom && v > own.y_max().into())
+    }
+
+    /// Whether it fits one shape clearly better than another.
+    fn prefers(&self, one: &ObjectShape, other: &ObjectShape) -> bool {
+        self.projection_iou(one) > self.projection_iou(other) + MAX_IOU_LOSS
+    }
+
     /// Share of a shape's projection that is in the detector's box, 0..=1. What lies beyond the image's
     /// border is not shown.
     fn shown_share(&self, shape: &ObjectShape) -> f64 {
@@ -40,6 +59,8 @@ pub(crate) struct KeyViews {
     stride_log2: u32,
     /// Sum of the weights.
     seen: u64,
+    /// The view of the last observation, whether it is among them or not.
+    newest: Option<KeyView>,
 }
 
 /// Most views kept for an object; new parameters are judged by them.
@@ -52,7 +73,13 @@ impl KeyViews {
         self.views.len() <= MAX_KEY_VIEWS && self.stride_log2 < 64 && self.seen < 1 << 62
     }
 
+    /// Adds the view of an observation.
     pub(crate) fn add(&mut self, view: KeyView, weight: u32) {
+        self.newest = Some(view);
+        self.choose(view, weight);
+    }
+
+    fn choose(&mut self, view: KeyView, weight: u32) {
         let stride = u64::from(FULL) << self.stride_log2.min(32);
         let before = self.seen;
         self.seen = before.saturating_add(weight.into());
@@ -71,7 +98,7 @@ impl KeyViews {
 
     /// Moves the views with their object, as if they had been taken of it at its new place.
     pub(crate) fn move_by(&mut self, new_from_old: &Pose) {
-        for view in &mut self.views {
+        for view in self.views.iter_mut().chain(&mut self.newest) {
             view.world_from_camera = *new_from_old * view.world_from_camera;
         }
     }
@@ -85,9 +112,36 @@ impl KeyViews {
         self.views.capacity() * size_of::<KeyView>()
     }
 
-    /// Adds the views of a merged object.
-    pub(crate) fn merge(&mut self, other: &Self) {
-        other.views.iter().for_each(|view| self.add(*view, FULL));
+    /// Adds the views of a merged object, which `is_later` if it was observed last.
+    pub(crate) fn merge(&mut self, other: &Self, is_later: bool) {
+        other.views.iter().for_each(|view| self.choose(*view, FULL));
+        if is_later {
+            self.newest = other.newest;
+        }
+    }
+
+    /// Whether the last observation fits a new shape clearly better than the old one: then the thing stands
+    /// there now.
+    pub(crate) fn have_moved_on(&self, old: &ObjectShape, new: &ObjectShape) -> bool {
+        self.newest.is_some_and(|view| view.prefers(new, old))
+    }
+
+    /// Whether the last observation excludes that a place is the thing's: it lies beyond an end of its outline.
+    pub(crate) fn newest_excludes(&self) -> impl Fn([f64; 3]) -> bool {
+        let view = self.newest.map(|view| (view, view.world_from_camera.inverse()));
+        move |place| view.is_some_and(|(view, camera_from_world)| view.excludes(camera_from_world, place))
+    }
+
+    /// Drops the views that fit the new shape of a thing that has moved clearly worse than the old one: they
+    /// are of where it stood before. Returns whether there were any.
+    pub(crate) fn drop_outdated(&mut self, old: &ObjectShape, new: &ObjectShape) -> bool {
+        let before = self.views.len();
+        self.views.retain(|view| !view.prefers(old, new));
+        let dropped = self.views.len() < before;
+        if self.views.is_empty() {
+            self.views.extend(self.newest);
+        }
+        dropped
     }
 
     /// Mean intersection over union of a shape's projections with the views' boxes; `None` without views.

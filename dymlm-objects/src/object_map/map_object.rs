@@ -387,7 +387,7 @@ impl MapObject {
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
             self.label = best.to_owned();
         }
-        self.key_views.merge(&other.key_views);
+        self.key_views.merge(&other.key_views, other.last_seen > self.last_seen);
         self.sightings.merge(&other.sightings);
         self.seen_apart.merge(&other.seen_apart, [self.birth, other.birth]);
         other.supports.iter().for_each(|votes| self.vote(*votes));

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use dymlm_core::Pose;
 
-use super::{BoxMotion, MapObject};
+use super::{BoxMotion, CentroidCloud, MapObject, ViewWeight};
 
 impl MapObject {
     /// Moves the object: its box, its points, and its views, as if they had been taken of it at the new
@@ -18,5 +18,14 @@ impl MapObject {
         self.motion = BoxMotion::default();
         self.sighted_points.clear();
         self.looked_through = 0;
+    }
+
+    /// Forgets what was seen of where it stood before somebody pushed it along. Frames have found it at its new
+    /// place already; its views there count anew.
+    pub(crate) fn forget_old_place(&mut self) {
+        self.centroids = CentroidCloud::default();
+        self.sightings.clear();
+        self.sighted_points.clear();
+        self.view = ViewWeight::default();
     }
 }

@@ -1,6 +1,6 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use dymlm_core::vector3::{Vector3, difference};
+use dymlm_core::vector3::{Vector3, along, difference};
 use dymlm_core::{Point, Pose, SensorModel};
 
 /// The fused surface points of an object, in voxels relative to its first centroid.
@@ -136,6 +136,25 @@ impl ObjectCloud {
         }
     }
 
+    /// Takes out the voxels whose mean place in the world is no longer the object's. Returns whether there
+    /// were any.
+    pub(crate) fn take_out(&mut self, is_gone: impl Fn(Vector3) -> bool) -> bool {
+        let (before, origin) = (self.voxels.len(), self.origin);
+        self.voxels.retain(|_, voxel| !is_gone(along(voxel.place(), 1.0, origin)));
+        let is_changed = self.voxels.len() < before;
+        if is_changed {
+            let side = self.voxel_size * f64::from(1_u32 << self.level.min(16));
+            let cells_of = |key: &VoxelKey| {
+                let first = key.map(|c| (f64::from(c) * side / CELL).floor() as i32);
+                let last = key.map(|c| ((f64::from(c) + 1.0) * side / CELL).ceil() as i32 - 1);
+                cells_between(first, last)
+            };
+            let left: BTreeSet<VoxelKey> = self.voxels.keys().flat_map(cells_of).collect();
+            self.cells.retain(|cell, _| left.contains(cell));
+        }
+        is_changed
+    }
+
     /// Adds the points of another object's cloud.
     pub(crate) fn merge(&mut self, other: &Self, max_voxels: usize) {
         let shift: [i64; 3] =
@@ -229,6 +248,13 @@ fn raised(key: VoxelKey, levels: u32) -> VoxelKey {
     key.map(|c| c >> levels)
 }
 
+/// The cells of a box, given by its first and its last one.
+fn cells_between(first: VoxelKey, last: VoxelKey) -> impl Iterator<Item = VoxelKey> {
+    (first[0]..=last[0]).flat_map(move |x| {
+        (first[1]..=last[1]).flat_map(move |y| (first[2]..=last[2]).map(move |z| [x, y, z]))
+    })
+}
+
 /// The weight 1 / sigma(z)^2 as an integer, relative to a reading at 0.4 m.
 fn weight_at(z: f32, sensor: &SensorModel) -> i64 {
     let ratio = sensor.sigma(0.4) / sensor.sigma(z);
@@ -265,6 +291,23 @@ mod tests {
         }
         assert_eq!(cloud.voxels, others.voxels);
         assert_eq!(cloud.cells, others.cells);
+    }
+
+    #[test]
+    fn what_is_no_longer_there_leaves_neither_voxels_nor_cells() {
+        let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
+        let patch = cloud.patch(&points(1), 1, &Pose::identity(), &SensorModel::kinect(), |_| true);
+        cloud.add(&patch, 100_000);
+        assert!(!cloud.take_out(|_| false));
+        let is_far = |place: Vector3| place[0] > 0.6;
+        let rest = cloud.points().filter(|(place, _)| !is_far(along(*place, 1.0, [0.5; 3]))).count();
+        assert!(cloud.take_out(is_far) && !cloud.take_out(is_far));
+        assert_eq!(cloud.len(), rest);
+        // All but a cell's width of what is left.
+        let places = points(1).into_iter().map(|point| point.map(f64::from));
+        let (far, near): (Vec<_>, Vec<_>) = places.partition(|&place| is_far(place));
+        assert!(near.iter().all(|&place| cloud.holds(place)));
+        assert!(!far.iter().any(|&place| place[0] > 0.6 + CELL && cloud.holds(place)));
     }
 
     #[test]

@@ -54,7 +54,8 @@ impl OutlierFilter {
         }
     }
 
-    fn least_observations(&mut self, cloud: &ObjectCloud, share: f64) -> u32 {
+    /// Least observations of a voxel that counts, which are a share of the upper quartile of the voxels' own.
+    pub(super) fn least_observations(&mut self, cloud: &ObjectCloud, share: f64) -> u32 {
         self.counts.clear();
         self.counts.extend(cloud.points().map(|(_, count)| count));
         let rank = self.counts.len() * 3 / 4;

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use dymlm_core::vector3::{along, difference, norm};
 use dymlm_core::{ConfigError, Plane, Point, Pose};
 use dymlm_geometry::{IsolationForestConfig, OrientedBox};
@@ -81,21 +83,61 @@ impl Reparameterizer {
     ) -> Proposal {
         object.parameterized_at = object.weight;
         let Some(fit) = self.fit(object, vertical, priors, planes) else { return Proposal::None };
-        let shape = shapes.of(&object.label);
-        let proposed = ObjectShape::new(shape, fit.oriented_box);
-        let pose = fit.axes.pose();
-        let lengths = fit.oriented_box.lengths();
-        let is_plausible = priors.admit_part(&object.label, lengths, pose, PRIOR_SLACK);
+        let proposed = ObjectShape::new(shapes.of(&object.label), fit.oriented_box);
+        let is_plausible = is_plausible(object, &fit, priors);
         let is_persistent = object.refusals >= MAX_REFUSALS;
         if !is_plausible || !(is_persistent || fits_views(object, &proposed)) {
             object.refusals += u32::from(is_plausible);
             return Proposal::Rejected;
         }
-        object.refusals = 0;
-        object.oriented_box = fit.oriented_box;
-        object.axes = fit.axes;
-        object.shape = shape;
+        adopt(object, &fit, &proposed);
         Proposal::Accepted
+    }
+
+    /// Takes an object's points in free space out of it: those of where it stood before somebody pushed it
+    /// along. Returns whether any of them had a say in its parameters, which must then be fitted
+    /// [anew](Self::follow).
+    pub(crate) fn take_free_points(
+        &mut self,
+        object: &mut MapObject,
+        is_free: impl Fn([f64; 3]) -> bool,
+    ) -> bool {
+        let least = self.outliers.least_observations(&object.cloud, VOXEL_SHARE);
+        let origin = object.cloud.origin();
+        let had_a_say =
+            object.cloud.points().any(|(place, count)| count >= least && is_free(along(place, 1.0, origin)));
+        Arc::make_mut(&mut object.cloud).take_out(is_free);
+        had_a_say
+    }
+
+    /// [`Self::update`] of an object that has lost points. Where the last observation fits the new parameters
+    /// clearly better than the old ones the thing has moved, and views that say otherwise are of its old place,
+    /// as are points beyond its outline: too near to where it stands now for the evidence to tell them apart.
+    pub(crate) fn follow(
+        &mut self,
+        object: &mut MapObject,
+        vertical: Option<[f64; 3]>,
+        priors: &SizePriors,
+        shapes: &ShapeTable,
+        planes: &dyn SupportingPlanes,
+    ) -> bool {
+        let shape = shapes.of(&object.label);
+        let Some(mut fit) = self.fit(object, vertical, priors, planes) else { return false };
+        let (old, mut proposed) = (object.shape(), ObjectShape::new(shape, fit.oriented_box));
+        let has_moved = object.key_views.have_moved_on(&old, &proposed);
+        if has_moved && Arc::make_mut(&mut object.cloud).take_out(object.key_views.newest_excludes()) {
+            let Some(again) = self.fit(object, vertical, priors, planes) else { return false };
+            (fit, proposed) = (again, ObjectShape::new(shape, again.oriented_box));
+        }
+        if !is_plausible(object, &fit, priors) || !(has_moved || fits_views(object, &proposed)) {
+            return false;
+        }
+        object.parameterized_at = object.weight;
+        adopt(object, &fit, &proposed);
+        if has_moved && object.key_views.drop_outdated(&old, &proposed) {
+            object.forget_old_place();
+        }
+        true
     }
 
     fn fit(
@@ -154,6 +196,19 @@ impl Reparameterizer {
         let plane = plane.filter(|_| object.relief() == Relief::Raised);
         outliers.choose(&object.cloud, plane, FOOT, VOXEL_SHARE, points);
     }
+}
+
+/// Whether an object of its label may be as large.
+fn is_plausible(object: &MapObject, fit: &BoxFit, priors: &SizePriors) -> bool {
+    priors.admit_part(&object.label, fit.oriented_box.lengths(), fit.axes.pose(), PRIOR_SLACK)
+}
+
+/// Gives an object new parameters.
+fn adopt(object: &mut MapObject, fit: &BoxFit, proposed: &ObjectShape) {
+    object.refusals = 0;
+    object.oriented_box = fit.oriented_box;
+    object.axes = fit.axes;
+    object.shape = proposed.kind();
 }
 
 /// Whether the new shape's projections fit the key views about as well as the old one's.

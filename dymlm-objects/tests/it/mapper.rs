@@ -480,6 +480,35 @@ fn any_number_of_objects_is_carried_at_once() {
     assert!(mapper.map().object(id(1)).is_none() && mapper.map().object(id(2)).is_some());
 }
 
+/// Regression: what a detector took for something twice stayed in memory for ever.
+#[test]
+fn what_a_detector_hardly_ever_finds_again_is_forgotten() {
+    for is_at_rest in [true, false] {
+        let (scene, mut mapper) = (kitchen(), mapper());
+        for step in 0..100 {
+            let pose = pose(if is_at_rest { 5 } else { step % 10 });
+            let found = [(0, "microwave", 1), (1, "cup", 98), (2, "book", 10)];
+            let found = found.iter().filter(|(_, _, interval)| step % interval < 2);
+            let detections: Vec<Detection> =
+                found.map(|&(index, label, _)| scene.detection(&pose, index, label)).collect();
+            let frame = scene.frame(0.1 * step as f64, &pose);
+            let report = mapper.insert(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap();
+            assert!(report.removed.is_empty() || (step >= 60 && report.removed == [id(1)]), "{report:?}");
+            if step == 59 {
+                assert_eq!(mapper.map().object(id(1)).unwrap().observations(), 2);
+            }
+            if step == 97 {
+                assert!(mapper.map().object(id(1)).is_none());
+            }
+        }
+        // Two frames in ten are too few to confirm the book, and too many for a mistake.
+        assert_eq!(mapper.map().object(id(0)).unwrap().state(), ObjectState::Confirmed);
+        assert_eq!(mapper.map().object(id(2)).unwrap().state(), ObjectState::Tentative);
+        // Found again, it is a new one.
+        assert_eq!(mapper.map().object(id(3)).unwrap().label(), "cup");
+    }
+}
+
 /// Three cups that were seen three times, and their labels.
 fn three_cups() -> (Scene, ObjectMapper, [(usize, &'static str); 3]) {
     let cup = |x: f64| upright([x, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]);

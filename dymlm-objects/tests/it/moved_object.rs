@@ -69,3 +69,34 @@ fn while_it_is_carried_frames_have_no_say_about_it() {
     }
     assert!(held.map().object(id).is_none());
 }
+
+/// Regression: what stood in its place was refused for ever.
+#[test]
+fn what_is_put_where_a_carried_thing_stood_is_an_object_once_that_place_was_free() {
+    let everywhere = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+    let mut mapper = mapper();
+    let id = mapper.map().objects().next().unwrap().id();
+    mapper.hold(id);
+    for i in 4..8 {
+        observe(&mut mapper, f64::from(i), true);
+    }
+    assert_eq!(mapper.map().len(), 1, "as long as nothing is known of its place, nothing else is there");
+
+    assert!(mapper.remove_where(everywhere, |object| object.id() == id).is_empty());
+    for i in 8..12 {
+        observe(&mut mapper, f64::from(i), true);
+    }
+    let others: Vec<_> = mapper.map().objects().filter(|object| object.id() != id).collect();
+    assert_eq!((mapper.map().len(), others.len()), (2, 1));
+    assert_eq!((others[0].observations(), mapper.map().object(id).unwrap().observations()), (4, 4));
+
+    // Put down elsewhere, it is there again, and both go on.
+    let aside = Pose::new([0.6, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    mapper.move_object(id, &aside).unwrap();
+    observe(&mut mapper, 12.0, true);
+    assert_eq!(mapper.map().len(), 2);
+    // Put back where it stood, they are one.
+    mapper.move_object(id, &aside.inverse()).unwrap();
+    observe(&mut mapper, 13.0, true);
+    assert_eq!(mapper.map().len(), 1);
+}

@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use crate::patches::Patch;
+use crate::patches::PatchVoxel;
 use crate::plane_frame::PlaneFrame;
 
 /// Least weight of a filled cell, as a share of the mean weight of the non-empty cells around it. At a
@@ -27,11 +27,16 @@ pub(crate) struct FilledCells {
 }
 
 impl FilledCells {
-    pub(crate) fn new(patch: &Patch, voxel_size: f64, frame: PlaneFrame) -> Self {
+    /// The cells of some voxels, given block by block.
+    pub(crate) fn new<V: Iterator<Item = PatchVoxel>>(
+        blocks: impl Iterator<Item = V>,
+        voxel_size: f64,
+        frame: PlaneFrame,
+    ) -> Self {
         let (mut cells, mut shares) = (Self::default(), Vec::new());
-        for block in patch.blocks() {
+        for voxels in blocks {
             shares.clear();
-            for voxel in patch.voxels_of(block) {
+            for voxel in voxels {
                 let at = frame.to_plane(voxel.center(voxel_size)).map(|x| x / voxel_size - 0.5);
                 let first = at.map(f64::floor);
                 let part = [at[0] - first[0], at[1] - first[1]];

@@ -29,6 +29,11 @@ pub(crate) struct PatchVoxel {
 }
 
 impl PatchVoxel {
+    /// Its place in its block; in the order of voxels.
+    pub(crate) fn place_in_block(self) -> u16 {
+        local(self.cell)
+    }
+
     /// Centre, metres.
     pub(crate) fn center(self, voxel_size: f64) -> [f64; 3] {
         self.cell.map(|c| (f64::from(c) + 0.5) * voxel_size)

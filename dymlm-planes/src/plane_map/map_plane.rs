@@ -4,12 +4,13 @@ use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{Birth, FrameId, Plane, PlaneId, Point};
 
 use super::fixed_moments::FixedMoments;
+use super::judgement::Judgement;
 use super::key_frame::KeyFrame;
 use super::looks::Looks;
 use crate::association::FinitePlane;
 use crate::boundary::{BoundaryPolygon, CellPicture, FilledCells, trace_boundary};
 use crate::linear_algebra::{Symmetric3, foot_on};
-use crate::patches::{BlockKey, Patch, VoxelBox};
+use crate::patches::{BlockKey, Patch, PatchVoxel, VoxelBox};
 use crate::plane_frame::PlaneFrame;
 
 /// One finite plane of the map. World frame.
@@ -29,9 +30,8 @@ pub struct MapPlane {
     pub(super) is_gone: bool,
     pub(super) moments: FixedMoments,
     pub(super) patch: Patch,
-    /// For each judged block of the patch: the number of its voxels of which nothing is known, and of those
-    /// in free space.
-    pub(super) judged: BTreeMap<BlockKey, [usize; 2]>,
+    /// What the evidence says of blocks of the patch in which not all voxels stand.
+    pub(super) judged: BTreeMap<BlockKey, Judgement>,
     /// The most of its voxels that stood at once, neither in free space nor unknown.
     pub(super) most_stood: usize,
     pub(super) shape: ShapeSettings,
@@ -180,16 +180,17 @@ impl MapPlane {
         self.moments.weight()
     }
 
-    /// Its inliers: the centres of their voxels projected onto the plane, in a fixed order. Metres.
+    /// Its inliers: the centres of their voxels projected onto the plane, in a fixed order. Metres. What it has
+    /// left behind, in what is [free space](crate::PlaneMap::judge) now, is in none of its queries.
     pub fn inlier_points(&self) -> impl Iterator<Item = Point> + '_ {
-        let voxels = self.patch.voxels();
+        let voxels = self.standing_blocks().flatten();
         voxels.map(|voxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size)).map(|x| x as f32))
     }
 
     /// Centres of the voxels that hold its inliers, in the order of [`inlier_points`](Self::inlier_points):
     /// where they were read, to half a voxel, where those are on the plane. Metres.
     pub fn voxel_centers(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
-        self.patch.voxels().map(|voxel| voxel.center(self.shape.voxel_size))
+        self.standing_blocks().flatten().map(|voxel| voxel.center(self.shape.voxel_size))
     }
 
     /// Its outlines with their holes, largest first. O(its voxels).
@@ -229,12 +230,28 @@ impl MapPlane {
 
     /// The picture of the plane's cells that hold inliers.
     fn picture(&self) -> CellPicture {
-        CellPicture::of(&FilledCells::new(&self.patch, self.shape.voxel_size, self.frame()))
+        CellPicture::of(&FilledCells::new(self.standing_blocks(), self.shape.voxel_size, self.frame()))
+    }
+
+    /// Its voxels that are not in free space, block by block.
+    fn standing_blocks(&self) -> impl Iterator<Item = impl Iterator<Item = PatchVoxel>> {
+        self.patch.blocks().map(|block| {
+            let judged = self.judged.get(&block);
+            self.patch.voxels_of(block).filter(move |voxel| judged.is_none_or(|it| !it.is_free(*voxel)))
+        })
+    }
+
+    /// Whether a voxel of it is not in free space.
+    fn stands(&self, voxel: PatchVoxel) -> bool {
+        self.judged.get(&BlockKey::of(voxel.cell)).is_none_or(|judged| !judged.is_free(voxel))
     }
 
     /// Whether there are inliers at a point of the plane, or within a voxel of it.
     pub fn holds(&self, point: [f64; 3]) -> bool {
-        self.patch.is_near(point, self.shape.voxel_size)
+        let voxel_size = self.shape.voxel_size;
+        let beside = || VoxelBox::around([point, point], voxel_size).grown(1);
+        self.patch.is_near(point, voxel_size)
+            && (self.judged.is_empty() || self.patch.voxels_in(&beside()).any(|voxel| self.stands(voxel)))
     }
 
     /// The inlier nearest to a point of the plane, if one is within `reach` metres; the first among equally
@@ -247,7 +264,7 @@ impl MapPlane {
         let mut radius = (8.0 * voxel_size).min(reach);
         loop {
             let region = VoxelBox::around([-radius, radius].map(|side| point.map(|c| c + side)), voxel_size);
-            let voxels = self.patch.voxels_in(&region.grown(1));
+            let voxels = self.patch.voxels_in(&region.grown(1)).filter(|voxel| self.stands(*voxel));
             let inliers = voxels.map(|voxel| foot_on(&self.plane(), voxel.center(voxel_size)));
             let measured = inliers.map(|inlier| (norm(difference(inlier, point)), inlier));
             let nearest = measured.min_by(|a, b| a.0.total_cmp(&b.0));
@@ -259,15 +276,16 @@ impl MapPlane {
         }
     }
 
-    /// Number of its voxels.
+    /// Number of its voxels that hold inliers.
     pub fn inlier_voxels(&self) -> usize {
-        self.patch.len()
+        self.patch.len().saturating_sub(self.free_voxels())
     }
 
     /// Approximate bytes that the plane owns and does not share with another state of it.
     pub(super) fn memory_bytes_beside(&self, other: Option<&Self>) -> usize {
         self.patch.memory_bytes_beside(other.map(|other| &other.patch))
-            + self.judged.len() * size_of::<(BlockKey, [usize; 2])>()
+            + self.judged.len() * size_of::<(BlockKey, Judgement)>()
+            + self.judged.values().map(Judgement::memory_bytes).sum::<usize>()
     }
 
     pub(super) fn finite(&self) -> FinitePlane<'_> {

@@ -5,6 +5,7 @@ mod fixed_moments;
 mod gap;
 mod gap_record;
 mod insertion;
+mod judgement;
 mod key_frame;
 mod label_code;
 mod looks;

@@ -154,9 +154,26 @@ fn a_table_that_is_pushed_along_stays_a_plane_until_it_is_taken_away() {
         }
         map.judge([whole], None, 0.5, |place| Some((place[0] - x).abs() > 0.28));
         assert_eq!((map.len(), all_planes(&map).len()), (1, 1), "after push {push}");
+        assert_is_at(map.iter().next().unwrap(), x);
     }
     map.judge([whole], None, 0.5, |_| Some(true));
     assert_eq!(map.len(), 0);
+}
+
+/// Asserts that a table of .5 x .6 m is all that a plane shows, whatever it has left behind.
+fn assert_is_at(table: &MapPlane, x: f64) {
+    let reaches = |place: f64| (place - x).abs() < 0.29;
+    assert!(table.inlier_points().all(|point| reaches(f64::from(point[0]))));
+    assert_eq!((table.inlier_points().count(), table.voxel_centers().count()), {
+        (table.inlier_voxels(), table.inlier_voxels())
+    });
+    let (outlines, area) = table.boundary_and_area();
+    assert!((0.25..0.35).contains(&area), "{area} m^2 at {x}");
+    assert!(outlines.iter().flat_map(|outline| &outline.outline).all(|corner| reaches(corner[0])));
+    let before = [x - 0.4, 1.2, 0.7];
+    assert!(table.holds([x, 1.2, 0.7]) && !table.holds(before));
+    let nearest = table.nearest_inlier(before, 1.0).unwrap();
+    assert!(reaches(nearest[0]), "{nearest:?}");
 }
 
 #[test]

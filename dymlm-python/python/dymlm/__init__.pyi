@@ -290,6 +290,11 @@ class MapBuilder:
         it at its new place, its old place is empty, and an ObjectMove is returned; else None.
         """
 
+    def release_object(self, object: int) -> None:
+        """Ends the carrying of an object that is not followed any more, as where its carrier has left with it:
+        the map has it where it stood, and removes it where frames look through that place.
+        """
+
     def map(self) -> Map:
         """The maps in their current state: a Map that does not change while the builder goes on. It shares
         unchanged memory with the builder.

@@ -209,9 +209,8 @@ impl MapBuilder {
         let given = log.frames.len().checked_sub(1).and_then(|newest| motion(FrameId::new(newest as u64)));
         // Preprocessor and key frames remember the frame that they were given last.
         let processed = self.processed.and_then(motion);
-        let newest = given.unwrap_or_else(Pose::identity);
-        for lifted in self.lifted.values_mut() {
-            lifted.follow(|frame| motion(frame).unwrap_or_else(Pose::identity), &newest);
+        for carried in self.carried.values_mut() {
+            carried.follow(motion, given);
         }
         for (frame, pose) in log.frames.iter_mut().zip(poses) {
             frame.world_from_camera = *pose;
@@ -221,10 +220,6 @@ impl MapBuilder {
             self.preprocessor.move_world(&new_from_old);
             self.key_frames.move_world(&new_from_old);
         }
-        if let Some(new_from_old) = given {
-            // These are in the next frame that is given.
-            self.carried.values_mut().for_each(|body| *body = body.transformed(&new_from_old));
-        }
-        newest
+        given.unwrap_or_else(Pose::identity)
     }
 }

@@ -13,6 +13,7 @@ mod map_builder;
 mod memory;
 mod memory_budget;
 mod moved_object;
+mod pushed_box;
 mod queries;
 mod readers;
 mod refinement;

@@ -213,6 +213,42 @@ fn two_things_carried_at_once_are_both_kept_out_of_the_maps() {
 }
 
 #[test]
+fn a_thing_that_nobody_follows_any_more_is_released() {
+    let sequence = sequence();
+    let (mut builder, first) = map_before(&sequence, 14);
+    let (image, pose, config) = (&first.frame, &first.world_from_camera, ObjectTrackerConfig::default());
+    // The thing that is detected most often.
+    let mut objects: Vec<&MapObject> = builder.map().objects().objects().collect();
+    objects.sort_by_key(|object| std::cmp::Reverse(object.observations()));
+    let tracked = objects.iter().find_map(|object| {
+        Some((object.id(), builder.track_object(object.id(), image, pose, &config).ok()?))
+    });
+    let (object, mut tracker) = tracked.unwrap();
+    let mut update = tracker.track(image, &first.detections, pose).unwrap();
+    update.state = ObjectState::Tracking;
+    builder.follow_object(object, &tracker, &update).unwrap();
+    let observations =
+        |builder: &MapBuilder| builder.map().objects().object(object).map(MapObject::observations);
+    let before = observations(&builder);
+    let insert = |frames: std::ops::Range<usize>, builder: &mut MapBuilder| {
+        for frame in frames.map(|index| sequence.frame(index).unwrap()) {
+            builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        }
+    };
+    insert(14..20, &mut builder);
+    assert_eq!(observations(&builder), before, "held");
+    builder.release_object(object).unwrap();
+    insert(20..BEFORE, &mut builder);
+    assert!(observations(&builder) > before);
+    builder.release_object(object).unwrap();
+
+    // Built again, the maps are the same.
+    let now = fingerprint(builder.map());
+    builder.correct_poses(&[]).unwrap();
+    assert!(fingerprint(builder.map()) == now);
+}
+
+#[test]
 fn what_cannot_be_chosen_or_followed_is_refused() {
     let sequence = sequence();
     let (mut builder, frame) = map_before(&sequence, 14);
@@ -233,6 +269,8 @@ fn what_cannot_be_chosen_or_followed_is_refused() {
     let mut tracker = choose(object, &frame.frame, &frame.world_from_camera).unwrap();
     let update = tracker.track(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
     let refused = builder.follow_object(ObjectId::new(999), &tracker, &update).unwrap_err();
+    assert_eq!(refused.to_string(), "no object 999 in the map");
+    let refused = builder.release_object(ObjectId::new(999)).unwrap_err();
     assert_eq!(refused.to_string(), "no object 999 in the map");
     assert_eq!(builder.follow_object(object, &tracker, &update).unwrap(), None);
 }

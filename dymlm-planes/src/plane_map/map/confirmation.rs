@@ -2,11 +2,12 @@ use dymlm_core::vector3::{difference, dot, norm};
 use dymlm_core::{Birth, DepthView, FrameId, Pose, Visibility};
 
 use super::super::insertion::Insertion;
+use super::super::judgement::Judgement;
 use super::super::map_plane::{MapPlane, Sightings};
 use super::PlaneMap;
 use crate::detector::patch_range;
 use crate::linear_algebra::foot_on;
-use crate::patches::VoxelBox;
+use crate::patches::{PatchVoxel, VoxelBox};
 
 /// Cosine of the angle from the optical axis within which a key frame counts as looking at a place: 25
 /// degrees, the inner half of a Kinect's view.
@@ -127,22 +128,23 @@ impl PlaneMap {
 
 impl MapPlane {
     fn judge_block(&mut self, block: crate::patches::BlockKey, is_free: &impl Fn([f64; 3]) -> Option<bool>) {
-        let places = self.patch.voxels_of(block).map(|voxel| voxel.center(self.shape.voxel_size));
-        let verdicts = places.map(|place| is_free(foot_on(&self.plane, place)));
-        let (unknown, free) = verdicts.fold((0, 0), |(unknown, free), verdict| {
-            (unknown + usize::from(verdict.is_none()), free + usize::from(verdict == Some(true)))
-        });
-        if unknown + free > 0 {
-            self.judged.insert(block, [unknown, free]);
-        } else {
-            self.judged.remove(&block);
-        }
+        let place = |voxel: PatchVoxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size));
+        match Judgement::of(self.patch.voxels_of(block), |voxel| is_free(place(voxel))) {
+            Some(judgement) => self.judged.insert(block, judgement),
+            None => self.judged.remove(&block),
+        };
     }
 
     /// Takes over how an earlier state of it was judged, where it still is.
     pub(super) fn keep_judgement(&mut self, before: Self) {
         (self.is_gone, self.judged, self.most_stood) = (before.is_gone, before.judged, before.most_stood);
-        self.judged.retain(|block, _| self.patch.voxels_of(*block).next().is_some());
+        self.forget_gone_voxels();
+    }
+
+    /// Forgets how voxels were judged that it has no longer.
+    pub(super) fn forget_gone_voxels(&mut self) {
+        let patch = &self.patch;
+        self.judged.retain(|block, judged| judged.keep(patch.voxels_of(*block)));
     }
 
     /// Forgets how it was judged.
@@ -155,7 +157,7 @@ impl MapPlane {
     /// Whether more than a share of its inliers, among those of which something is known, is in free space, and
     /// fewer are left than that leaves of the most that stood at once.
     fn is_free(&self, share: f64) -> bool {
-        let [unknown, free] = self.unknown_and_free();
+        let (unknown, free) = (self.unknown_voxels(), self.free_voxels());
         let known = self.patch.len().saturating_sub(unknown);
         let most_stood = self.most_stood.min(self.patch.len());
         free as f64 > share * known as f64
@@ -164,11 +166,16 @@ impl MapPlane {
 
     /// Number of its voxels that are neither in free space nor unknown.
     fn standing(&self) -> usize {
-        self.patch.len().saturating_sub(self.unknown_and_free().iter().sum())
+        self.patch.len().saturating_sub(self.unknown_voxels() + self.free_voxels())
     }
 
-    /// Numbers of its voxels of which nothing is known, and of those in free space.
-    fn unknown_and_free(&self) -> [usize; 2] {
-        self.judged.values().fold([0, 0], |[a, b], [c, d]| [a + c, b + d])
+    /// Number of its voxels of which nothing is known.
+    fn unknown_voxels(&self) -> usize {
+        self.judged.values().map(|judged| judged.unknown).sum()
+    }
+
+    /// Number of its voxels in free space.
+    pub(in crate::plane_map) fn free_voxels(&self) -> usize {
+        self.judged.values().map(Judgement::free_voxels).sum()
     }
 }

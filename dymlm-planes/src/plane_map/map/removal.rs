@@ -41,10 +41,8 @@ impl PlaneMap {
             let Ok(placed) = placed else { continue };
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
             plane.moments.subtract(&placed.moments);
-            plane.patch.subtract(&placed.patch, |block| {
-                self.index.take(block, birth);
-                plane.judged.remove(&block);
-            });
+            plane.patch.subtract(&placed.patch, |block| self.index.take(block, birth));
+            plane.forget_gone_voxels();
             plane.refit();
         }
     }

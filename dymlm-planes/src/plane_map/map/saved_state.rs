@@ -11,6 +11,7 @@ use super::{GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
 use crate::error::Error;
 use crate::patches::{BlockKey, SavedBlock, VoxelBox};
 use crate::plane_map::fixed_moments::{FixedMoments, REACH};
+use crate::plane_map::judgement::Judgement;
 use crate::plane_map::looks::Look;
 use crate::plane_map::map_plane::{ShapeSettings, Sightings};
 use crate::shared_map::SharedMap;
@@ -48,7 +49,7 @@ struct SavedPlane {
     is_confirmed: bool,
     is_gone: bool,
     moments: FixedMoments,
-    judged: BTreeMap<BlockKey, [usize; 2]>,
+    judged: BTreeMap<BlockKey, Judgement>,
     most_stood: usize,
     /// Number of blocks that hold its voxels.
     blocks: usize,
@@ -264,7 +265,7 @@ impl SavedPlane {
             && self.mse.is_finite()
             && self.sightings.is_possible()
             && self.moments.is_possible()
-            && self.judged.values().flatten().all(|&count| count < 1 << 40);
+            && self.judged.values().all(Judgement::is_possible);
         (plane.centroid, plane.mse, plane.spread) = (self.centroid, self.mse, self.moments.spread());
         (plane.sightings, plane.moments) = (self.sightings, self.moments);
         (plane.is_confirmed, plane.is_gone) = (self.is_confirmed, self.is_gone);
