@@ -69,7 +69,7 @@ impl Completion<'_> {
 
     /// Extends the box up to the usual height, if the views' boxes show that.
     pub(super) fn complete_height(&self, own: &OrientedBox) -> OrientedBox {
-        let higher = widen(own, 2, [false, true], self.prior.height.typical, &[]);
+        let higher = widen(own, 2, [false, true], self.prior.height.typical, self.walls);
         self.better(*own, higher)
     }
 
@@ -100,12 +100,12 @@ impl Completion<'_> {
         if self.stance == Stance::Upright { self.complete_foot(&grown) } else { grown }
     }
 
-    /// Extends an upright box down to the usual height when views do not show its lower end. For boxes
-    /// without a known plane under them.
+    /// Extends an upright box down to the usual height, or to the floor, when views do not show its lower end.
+    /// For boxes of which it is not known what they stand on.
     fn complete_foot(&self, own: &OrientedBox) -> OrientedBox {
         let up = axes_of(own)[2];
         let is_foot_hidden = is_hidden(own, up.map(|c| -c), self.views);
-        widen(own, 2, [is_foot_hidden, false], self.prior.height.typical, &[])
+        widen(own, 2, [is_foot_hidden, false], self.prior.height.typical, self.walls)
     }
 
     /// How many times as high an upright thing is as usual; of a thing that is not seen to both its ends, not
@@ -359,6 +359,20 @@ mod tests {
         let completed = complete_seen("tv", box_of([0.15, 0.04, 0.45]), hidden);
         assert_eq!(completed.lengths(), [0.56, 0.18, 0.45]);
         assert!((completed.center()[0] - 0.205).abs() < 1e-12 && completed.center()[1].abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hidden_foot_reaches_down_to_the_floor() {
+        let priors = SizePriors::default();
+        let (chair, back) = (priors.of("chair").unwrap(), box_of([0.5, 0.5, 0.4]));
+        let views = views(back, Completeness { bottom: SideView::Occluder, ..Completeness::default() });
+        let lowest = |walls: &[Plane]| {
+            let completion = Completion { prior: chair, views: &views, stance: Stance::Upright, walls };
+            let completed = completion.complete(&back);
+            completed.center()[2] - 0.5 * completed.lengths()[2]
+        };
+        assert!((lowest(&[]) - 0.2 + 0.95).abs() < 1e-9);
+        assert!((lowest(&[Plane::new([0.0, 0.0, 1.0], 0.5).unwrap()]) + 0.5).abs() < 1e-9);
     }
 
     #[test]
