@@ -25,7 +25,8 @@ pub(super) struct Look {
 /// A look is what the camera sees from about one pose: what is found or missed there once is found or missed
 /// there again. So the key frames of a look beyond the first [`ENOUGH`] say how often the plane is seen from
 /// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too flatly to
-/// be found, would outvote in two minutes all that it has seen of it on its way.
+/// be found, would outvote in two minutes all that it has seen of it on its way; and in an hour, by the error of
+/// one pose, where it has seen the table from everywhere else ([`Self::next_weight`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Looks {
@@ -81,6 +82,16 @@ impl Looks {
         self.last.saw += u64::from(saw);
     }
 
+    /// How much the readings of the next key frame of a look that sees the plane count in its fit. The errors of
+    /// the pose and of the sensor are about the same in all of a look, so they count fully while the look gains
+    /// by them, and then less and less: a look never has the weight of more than twice [`ENOUGH`] key frames, but
+    /// it is never deaf to what it sees.
+    pub(super) fn next_weight(&self, look: FrameId) -> f32 {
+        let seen = if look == self.first { self.last.saw } else { 0 };
+        let share = ENOUGH as f32 / (seen + 1) as f32;
+        share.min(1.0).powi(2)
+    }
+
     /// The share of the looks that saw the plane; 1 before any.
     pub(super) fn share(&self) -> f64 {
         let Tally { looked, saw } = self.total();
@@ -127,6 +138,20 @@ mod tests {
         assert_eq!(looks(&[(5, 5), (18_000, 0)]).share(), 0.2);
         assert_eq!(looks(&[(18_000, 18_000), (20, 0), (20, 0), (20, 0)]).share(), 0.25);
         assert_eq!(looks(&[]).share(), 1.0);
+    }
+
+    #[test]
+    fn a_look_weighs_as_much_as_forty_key_frames_at_most() {
+        let (mut at_rest, mut weight) = (Looks::default(), 0.0);
+        for frame in 0..200_000 {
+            let next = at_rest.next_weight(FrameId::new(0));
+            assert!(next > 0.0 && (frame >= 20 || next == 1.0));
+            weight += f64::from(next);
+            at_rest.count(FrameId::new(0), true);
+        }
+        assert!((38.0..40.0).contains(&weight), "{weight}");
+        assert_eq!(at_rest.next_weight(FrameId::new(7)), 1.0, "from elsewhere");
+        assert_eq!(looks(&[(18_000, 19)]).next_weight(FrameId::new(0)), 1.0, "seldom seen");
     }
 
     #[test]

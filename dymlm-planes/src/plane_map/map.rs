@@ -18,7 +18,7 @@ use self::associating::Pairing;
 use super::config::PlaneMapConfig;
 use super::gap_record::{GapRecord, PlanePair, pair_of};
 use super::insertion::Insertion;
-use super::key_frame::{KeyFrame, Places};
+use super::key_frame::{KeyFrame, Places, Share};
 use super::looks::Look;
 use super::map_plane::{MapPlane, ShapeSettings};
 use super::placed_share::{PlacedShare, reach_of_planes};
@@ -48,6 +48,9 @@ use crate::shared_map::SharedMap;
 /// coded label image: 1 to 2 kB. So [`PlaneMap::remove`] removes a key frame exactly: the planes are as if it
 /// had added nothing, and merges that it caused, or for which it was needed as a witness of an occlusion, are
 /// undone.
+///
+/// Errors of a pose are shared by all that a camera at rest sees. So of the key frames from about one place the
+/// first 20 count fully in where a plane lies, and all later ones together as much as 20 more.
 ///
 /// The cost of an insertion depends on what the frame sees, not on the size and age of the map and its
 /// planes: voxels are stored in blocks, a spatial index finds the planes, and earlier key frames are visited
@@ -300,12 +303,11 @@ impl PlaneMap {
     ) -> Insertion {
         let (mut insertion, shape) = (Insertion::of(FrameId::new(self.next_key_frame)), self.shape());
         self.next_key_frame += 1;
+        let (look, pose) = (key_frame.look, key_frame.world_from_camera);
         let shares = placed.into_iter().zip(&mut key_frame.shares);
-        for ((mut placed, share), pairing) in shares.zip(pairings) {
+        for ((placed, share), pairing) in shares.zip(pairings) {
             share.plane = if let Some(pairing) = pairing {
-                if pairing.agreement.flipped {
-                    (share.is_flipped, placed.moments) = (true, placed.moments.flipped());
-                }
+                share.is_flipped = pairing.agreement.flipped;
                 insertion.updated.push(pairing.plane);
                 pairing.plane
             } else {
@@ -316,7 +318,14 @@ impl PlaneMap {
             let birth = share.plane;
             let new = || MapPlane::new((birth, self.names.id(birth)), placed.plane, shape);
             let into = self.planes.get_or_insert_with(birth, new);
-            into.moments.add(&placed.moments);
+            share.counted = into.sightings.looks.next_weight(look);
+            let own = |share: &Share| share.moments_at(&pose, &placed.plane).unwrap_or_default();
+            let mut moments = own(share);
+            if !into.moments.has_room_for(&moments) {
+                share.counted = f32::MIN_POSITIVE;
+                moments = own(share);
+            }
+            into.moments.add(&moments);
             into.patch.add(&placed.patch, |block| self.index.add(block, birth));
             insertion.associations.push(birth);
         }

@@ -175,7 +175,7 @@ impl MapPlane {
     }
 
     /// Sum of the weights of its inliers; a reading with the sensor's least noise (a Kinect's at 0.4 m) has
-    /// weight 1.
+    /// weight 1, and those of the 21st and later key frames from one place have less and less.
     pub fn weight(&self) -> f64 {
         self.moments.weight()
     }

@@ -122,6 +122,55 @@ fn a_camera_at_rest_doubts_no_plane_for_longer_than_it_looks_elsewhere() {
     assert_eq!(map.len(), confirmed);
 }
 
+/// Regression: each key frame counted in full where a plane lies. An hour at rest at a pose that was 3 cm off
+/// outweighed all that was seen on the way through the room.
+#[test]
+fn an_hour_at_a_pose_that_is_off_outweighs_no_way_through_the_room() {
+    let wall = World::of(&[crate::common::upright([0.0, 1.5, 1.0], 2.0, 1.0)]);
+    let from = |x: f64, seed: u64| {
+        let eye = [x, 0.0, 1.0];
+        detect(&wall, crate::common::look_at(eye, [x, 1.5, 1.0]), seed)
+    };
+    let mut map = empty_map();
+    let (planes, frame, pose) = from(0.0, 0);
+    let off = Pose::new([0.0, 0.03, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * pose;
+    for _ in 0..4000 {
+        map.insert(&planes, &frame, &off).unwrap();
+    }
+    let offset = |map: &PlaneMap| (map.iter().next().unwrap().centroid()[1] - 1.5).abs();
+    assert!(offset(&map) > 0.02, "{}", offset(&map));
+    for view in 0..200 {
+        insert(&mut map, &from(if view % 2 == 0 { -0.3 } else { 0.3 }, view));
+    }
+    assert_eq!(all_planes(&map).len(), 1);
+    assert!(offset(&map) < 0.006, "{}", offset(&map));
+}
+
+/// Whether or not a key frame was there for a while, the next ones of the look count as much.
+#[test]
+fn a_key_frame_of_a_long_rest_can_be_taken_out_without_a_trace() {
+    let frames = detections();
+    let mut map = empty_map();
+    for frame in [&frames[0]; 60].into_iter().chain(&frames[1..3]) {
+        insert(&mut map, frame);
+    }
+    let [mut other, before] = [map.clone(), map];
+    for frame in &frames[2..4] {
+        let report = insert(&mut other, frame);
+        other.remove(report.key_frame).unwrap();
+    }
+    assert!(snapshot(&other) == snapshot(&before));
+    let mut map = before;
+    for frame in &frames[2..] {
+        [&mut map, &mut other].into_iter().for_each(|map| drop(insert(map, frame)));
+    }
+    assert_eq!(without_ids(&other), without_ids(&map));
+    for key_frame in (0..60).rev().map(FrameId::new) {
+        map.remove(key_frame).unwrap();
+    }
+    assert!(all_planes(&map).iter().all(|plane| plane.observations() <= 6));
+}
+
 /// Regression: what looked for a plane while it was away counted against it once it was back. After a day in another
 /// place a table had to be seen for a day.
 #[test]
@@ -233,7 +282,7 @@ fn a_key_frame_can_be_taken_out_without_a_trace() {
     let report = insert(&mut map, &frames[5]);
     assert_ne!(snapshot(&map), before);
     map.remove(report.key_frame).unwrap();
-    assert_eq!(snapshot(&map), before);
+    assert!(snapshot(&map) == before);
     for key_frame in [3, 0, 4, 2, 1] {
         map.remove(FrameId::new(key_frame)).unwrap();
     }

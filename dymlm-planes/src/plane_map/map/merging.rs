@@ -130,7 +130,7 @@ impl PlaneMap {
     /// Whether two planes of the map are one. The plane with fewer observations would be merged into the
     /// other.
     fn test_merge(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<FoundMerge> {
-        if self.gaps.is_step(pair_of(a.birth, b.birth)) {
+        if self.gaps.is_step(pair_of(a.birth, b.birth)) || !a.moments.has_room_for(&b.moments) {
             return None;
         }
         let (into, from) = in_order(a, b);
