@@ -4,7 +4,7 @@ use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 
 use super::completion::{complete, complete_foot};
 use super::outliers::OutlierFilter;
-use crate::object_map::FULL;
+use crate::object_map::{FULL, counted};
 use crate::support::drop_repeated;
 use crate::{
     BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePrior, SizePriors,
@@ -88,7 +88,7 @@ impl Reparameterizer {
         let is_plausible = priors.admit_part(&object.label, lengths, pose, PRIOR_SLACK);
         let is_persistent = object.refusals >= MAX_REFUSALS;
         if !is_plausible || !(is_persistent || fits_views(object, &proposed)) {
-            object.refusals += u32::from(is_plausible);
+            object.refusals = counted(object.refusals, u32::from(is_plausible));
             return Proposal::Rejected;
         }
         object.refusals = 0;
