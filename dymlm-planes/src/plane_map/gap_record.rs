@@ -56,6 +56,11 @@ impl GapRecord {
         }
     }
 
+    /// Forgets what was seen between a plane and others.
+    pub(super) fn forget(&mut self, plane: Birth) {
+        self.pairs.retain(|pair, _| !pair.contains(&plane));
+    }
+
     /// Approximate size in bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         self.pairs.len() * size_of::<(PlanePair, GapTally)>()

@@ -53,6 +53,9 @@ struct Tally {
     saw: u64,
     /// Sightings that say something new: the first of a look, and each that comes [`ANEW`] after the last of these.
     views: u64,
+    /// Looks that saw it, and those that looked at it in vain.
+    found: u64,
+    vain: u64,
 }
 
 impl Look {
@@ -77,7 +80,10 @@ impl Looks {
     /// Whether the numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
-        let is_tally = |tally: &Tally| tally.views.max(tally.saw) <= tally.looked && tally.looked < 1 << 50;
+        let is_tally = |tally: &Tally| {
+            let Tally { looked, saw, views, found, vain } = *tally;
+            saw.max(views).max(found).max(vain) <= looked && looked < 1 << 50
+        };
         is_tally(&self.earlier) && is_tally(&self.last) && !self.view_began.is_nan()
     }
 
@@ -105,6 +111,17 @@ impl Looks {
         self.total().views
     }
 
+    /// Whether the last look at the plane is the one that began with `look`.
+    pub(super) fn has(&self, look: FrameId) -> bool {
+        self.first == look
+    }
+
+    /// Whether as many looks at the plane were in vain as saw it.
+    pub(super) fn is_mostly_vain(&self) -> bool {
+        let Tally { found, vain, .. } = self.total();
+        vain >= found
+    }
+
     /// How much the readings of the next key frame of a look that sees the plane count in its fit. The errors of
     /// the pose and of the sensor are about the same in all of a look, so they count fully while the look gains
     /// by them, and then less and less: a look never has the weight of more than twice [`ENOUGH`] key frames, but
@@ -130,12 +147,15 @@ impl Looks {
             looked: all.looked.saturating_sub(later.looked) + since.earlier.looked,
             saw: all.saw.saturating_sub(later.saw) + since.earlier.saw,
             views: all.views.saturating_sub(later.views) + since.earlier.views,
+            found: all.found.saturating_sub(later.found) + since.earlier.found,
+            vain: all.vain.saturating_sub(later.vain) + since.earlier.vain,
         };
         Self { earlier, ..since }
     }
 
     fn total(&self) -> Tally {
-        let Tally { looked, saw, views } = self.last;
+        let Tally { looked, saw, views, .. } = self.last;
+        let (found, vain) = (u64::from(saw > 0), u64::from(looked > 0 && saw == 0));
         // Divided last and rounded down, so that the sums do not depend on what else is summed.
         let enough = looked.min(ENOUGH) * UNIT;
         let saw = (enough * saw).checked_div(looked).unwrap_or(0);
@@ -143,6 +163,8 @@ impl Looks {
             looked: self.earlier.looked + enough,
             saw: self.earlier.saw + saw,
             views: self.earlier.views + views,
+            found: self.earlier.found + found,
+            vain: self.earlier.vain + vain,
         }
     }
 }

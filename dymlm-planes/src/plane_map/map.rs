@@ -1,5 +1,6 @@
 mod associating;
 mod confirmation;
+mod dropping;
 mod forgetting;
 mod merging;
 mod moved_body;
@@ -15,6 +16,7 @@ use dymlm_core::vector3::norm;
 use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Pose, SensorModel};
 
 use self::associating::Pairing;
+use self::dropping::Dropped;
 use super::config::PlaneMapConfig;
 use super::gap_record::{GapRecord, PlanePair, pair_of};
 use super::insertion::Insertion;
@@ -70,6 +72,8 @@ pub struct PlaneMap {
     look: Option<Look>,
     /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
+    /// Planes that were never confirmed, and are no longer there.
+    dropped: Dropped,
     /// What the key frames saw between the present planes.
     gaps: GapRecord,
     names: Names<PlaneId>,
@@ -101,6 +105,7 @@ impl PlaneMap {
             key_frames: FiledMap::default(),
             look: None,
             merged: MergedIds::default(),
+            dropped: Dropped::new(),
             gaps: GapRecord::default(),
             names: Names::default(),
             merged_ids: MergedIds::default(),
@@ -145,7 +150,8 @@ impl PlaneMap {
         });
         self.count_missed(&missed, look);
         self.merge(&mut insertion, &region);
-        self.confirm(insertion.associations.iter().copied().chain(missed));
+        self.confirm(insertion.associations.iter().chain(&missed).copied());
+        self.drop_refuted(missed);
         Ok(insertion.report(&self.names))
     }
 
@@ -173,7 +179,9 @@ impl PlaneMap {
         self.planes.get(&plane.birth).is_some_and(|own| std::ptr::eq(own, plane))
     }
 
-    /// The planes that are not confirmed, or no longer, in the same order.
+    /// The planes that are not confirmed, or no longer, in the same order. Those that were never confirmed are dropped
+    /// when they have been looked at in vain from as many places as they were seen from, and too often for
+    /// [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in free space.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }
@@ -268,6 +276,7 @@ impl PlaneMap {
             + self.merged_ids.memory_bytes()
             + self.names.memory_bytes()
             + self.gaps.memory_bytes()
+            + self.dropped.len() * size_of::<(Birth, FrameId)>()
     }
 
     /// Puts what older key frames have seen into a file, for the clones that share it as well: it is read again

@@ -197,6 +197,47 @@ fn a_key_frame_of_a_long_rest_can_be_taken_out_without_a_trace() {
     assert!(all_planes(&map).iter().all(|plane| plane.observations() <= 6));
 }
 
+/// Regression: planes that were seen once, and looked through from then on, stayed for as long as the map.
+#[test]
+fn what_was_never_confirmed_and_is_looked_past_from_elsewhere_is_dropped() {
+    let wall = crate::common::upright([0.0, 2.0, 1.0], 2.0, 1.5);
+    let board = crate::common::upright([0.0, 1.4, 1.0], 0.25, 0.25);
+    let view = |x: f64| crate::common::look_at([x, 0.0, 1.0], [x / 2.0, 1.4, 1.0]);
+    let mut map = map_of(&[detect(&World::of(&[wall, board]), view(0.0), 0)]);
+    let seen = all_planes(&map).len();
+    assert_eq!(seen, 2);
+    // From the same place it may have been missed each time for the same reason.
+    for seed in 1..30 {
+        insert(&mut map, &detect(&World::of(&[wall]), view(0.0), seed));
+    }
+    assert_eq!(all_planes(&map).len(), 2);
+    let elsewhere: Vec<Detected> =
+        (0..12).map(|seed| detect(&World::of(&[wall]), view(0.3), 40 + seed)).collect();
+    let before = map.clone();
+    let reports: Vec<_> = elsewhere.iter().map(|frame| insert(&mut map, frame)).collect();
+    assert_eq!((map.len(), all_planes(&map).len()), (1, 1));
+    // Nothing is lost: a key frame that is taken out gives no reason.
+    let mut other = before.clone();
+    for frame in &elsewhere {
+        let earlier = snapshot(&other);
+        let report = insert(&mut other, frame);
+        other.remove(report.key_frame).unwrap();
+        assert!(snapshot(&other) == earlier);
+    }
+    for report in &reports {
+        map.remove(report.key_frame).unwrap();
+    }
+    assert!(snapshot(&map) == snapshot(&before));
+    let mut map = before;
+    // What is found to stand in free space is gone once its place has been left.
+    let whole = [[-9.0; 3], [9.0; 3]];
+    map.judge([whole], None, 0.5, |place| Some(place[1] < 1.7));
+    assert_eq!(all_planes(&map).len(), 2);
+    insert(&mut map, &detect(&World::of(&[]), crate::common::look_at([3.0, 0.0, 1.0], [6.0, 0.0, 1.0]), 60));
+    map.judge([whole], None, 0.5, |place| Some(place[1] < 1.7));
+    assert_eq!(all_planes(&map).len(), 1);
+}
+
 /// Regression: what looked for a plane while it was away counted against it once it was back. After a day in another
 /// place a table had to be seen for a day.
 #[test]

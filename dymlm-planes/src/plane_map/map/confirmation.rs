@@ -55,7 +55,9 @@ impl PlaneMap {
             }
             plane.is_gone = plane.is_free(gone_share);
         }
-        self.confirm(blocks.into_iter().map(|(birth, _)| birth));
+        let judged: Vec<Birth> = blocks.chunk_by(|a, b| a.0 == b.0).map(|blocks| blocks[0].0).collect();
+        self.confirm(judged.iter().copied());
+        self.drop_refuted(judged);
     }
 
     /// The planes at which a key frame looks without having seen them, but for those that are gone: that they are

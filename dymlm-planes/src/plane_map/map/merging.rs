@@ -191,7 +191,7 @@ impl PlaneMap {
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
-            gaps.add(&resolve_looks(&key_frame.gap_looks, |birth| self.resolve(birth)));
+            gaps.add(&self.looks_of(&key_frame, |birth| self.resolve(birth)));
         }
         self.gaps = gaps;
     }
@@ -226,8 +226,8 @@ impl PlaneMap {
         };
         let first = self.first_saw(from);
         for key_frame in self.key_frames.range(first..).map(|(_, key_frame)| key_frame).filter(of_from) {
-            gaps.subtract(&resolve_looks(&key_frame.gap_looks, resolve_now));
-            gaps.add(&resolve_looks(&key_frame.gap_looks, resolve_then));
+            gaps.subtract(&self.looks_of(&key_frame, resolve_now));
+            gaps.add(&self.looks_of(&key_frame, resolve_then));
         }
         self.gaps = gaps;
         self.merged.insert(from, into);

@@ -7,7 +7,7 @@ use dymlm_core::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
+use super::{Dropped, GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
 use crate::error::Error;
 use crate::patches::{BlockKey, SavedBlock, VoxelBox};
 use crate::plane_map::fixed_moments::{FixedMoments, REACH};
@@ -30,6 +30,7 @@ struct Head {
     key_frames: Vec<(u64, u64)>,
     look: Option<Look>,
     merged: MergedIds<Birth>,
+    dropped: Dropped,
     gaps: GapRecord,
     names: Names<PlaneId>,
     merged_ids: MergedIds<PlaneId>,
@@ -129,6 +130,7 @@ impl PlaneMap {
             key_frames,
             look: self.look,
             merged: self.merged.clone(),
+            dropped: self.dropped.clone(),
             gaps: self.gaps.clone(),
             names: self.names.clone(),
             merged_ids: self.merged_ids.clone(),
@@ -196,7 +198,7 @@ impl PlaneMap {
             }
         }
         self.index.restore_bounds(head.bounds);
-        (self.merged, self.gaps) = (head.merged, head.gaps);
+        (self.merged, self.dropped, self.gaps) = (head.merged, head.dropped, head.gaps);
         (self.names, self.merged_ids) = (head.names, head.merged_ids);
         (self.next_key_frame, self.look) = (head.next_key_frame, head.look);
         Ok(self)
@@ -233,6 +235,8 @@ impl Head {
             && self.planes.is_sorted_by(|a, b| a < b)
             && self.planes.iter().all(|&plane| self.names.birth(self.names.id(plane)) == Some(plane))
             && self.planes.last().is_none_or(|last| last.get() < self.names.births())
+            && self.dropped.keys().all(|plane| self.planes.binary_search(plane).is_err())
+            && self.dropped.keys().all(|plane| plane.get() < self.names.births())
             // Numbers in keys have two bits less.
             && self.names.births().max(self.names.given()).max(self.next_key_frame) < 1 << 61
     }
