@@ -27,7 +27,7 @@ pub(super) struct KeyFrame {
     pub(super) shares: Vec<Share>,
     /// The label image: for each site of the lattice the label of the share that it shows, or 0; coded, with
     /// `sites` sites.
-    lattice: RayLattice,
+    pub(super) lattice: RayLattice,
     sites: u32,
     labels: Box<[u8]>,
     /// Motions in the world of shares, by label, since the key frame was taken.
@@ -159,18 +159,22 @@ impl KeyFrame {
             })
     }
 
-    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them.
+    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them, and the step's
+    /// height, micrometres.
     pub(super) fn steps(
         &self,
         labels: &[u16],
         criterion: &Criterion,
         sensor: &SensorModel,
-    ) -> Vec<[usize; 2]> {
+    ) -> Vec<([usize; 2], u32)> {
         let plane = |share: &Share| Some((share.label, share.moments().fit()?.plane()?));
         let planes = self.shares.iter().filter_map(plane).collect();
         let share_of = |label: u16| self.shares.iter().position(|share| share.label == label);
         let steps = steps(labels, self.lattice, &planes, criterion, sensor);
-        steps.into_iter().filter_map(|[a, b]| Some([share_of(a)?, share_of(b)?])).collect()
+        steps
+            .into_iter()
+            .filter_map(|([a, b], height)| Some(([share_of(a)?, share_of(b)?], height)))
+            .collect()
     }
 
     fn decoded(&self) -> Vec<u16> {

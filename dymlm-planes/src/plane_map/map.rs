@@ -17,6 +17,7 @@ use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Po
 
 use self::associating::Pairing;
 use self::dropping::Dropped;
+use self::merging::Seen;
 use super::config::PlaneMapConfig;
 use super::gap_record::{GapRecord, PlanePair, pair_of};
 use super::insertion::Insertion;
@@ -44,7 +45,8 @@ use crate::shared_map::SharedMap;
 /// undone when a later key frame looks through after all.
 ///
 /// Parallel surfaces with a step between them that a key frame shows to be larger than the noise, as a book and the
-/// table on which it lies, stay two planes, though they are near enough to pass for one.
+/// table on which it lies, stay two planes, though they are near enough to pass for one; unless ten times as many key
+/// frames, from near enough to see such a step, read one surface there.
 ///
 /// All sums are integers, and what each key frame has seen is stored in its camera's frame, as sums and a
 /// coded label image: 1 to 2 kB. So [`PlaneMap::remove`] removes a key frame exactly: the planes are as if it
@@ -133,16 +135,18 @@ impl PlaneMap {
         let seen = placed.iter().map(|share| share.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
         let steps = key_frame.steps(&labels, &self.criterion, &self.sensor);
-        let pairings = self.associate(&placed, &steps);
+        let parted: Vec<[usize; 2]> = steps.iter().map(|(pair, _)| *pair).collect();
+        let pairings = self.associate(&placed, &parted);
         key_frame.look = self.look_at(world_from_camera);
-        let look = key_frame.look;
+        let (look, lattice) = (key_frame.look, key_frame.lattice);
         let mut insertion = self.fuse(placed, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
-        let steps: Vec<PlanePair> = steps
-            .into_iter()
-            .map(|[a, b]| pair_of(insertion.associations[a], insertion.associations[b]))
-            .collect();
-        let gap_looks = self.look_between(&insertion, &steps, &region, &view, &world_from_camera.inverse());
+        let of_births = |([a, b], height): ([usize; 2], u32)| {
+            (pair_of(insertion.associations[a], insertion.associations[b]), height)
+        };
+        let steps: Vec<(PlanePair, u32)> = steps.into_iter().map(of_births).collect();
+        let seen = Seen { labels: &labels, lattice, steps: &steps, view: &view };
+        let gap_looks = self.look_between(&insertion, &seen, &region, &world_from_camera.inverse());
         let missed = self.missed_by(&insertion, &view, world_from_camera);
         self.gaps.add(&gap_looks);
         self.key_frames.update(insertion.key_frame, |key_frame| {
