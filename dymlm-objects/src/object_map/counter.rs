@@ -1,5 +1,5 @@
-/// The largest number that is counted to: more key frames, at their full weight, than a week has at 3 Hz. Counts
-/// stop there, so that whatever is saved can be loaded, and a damaged file is told by larger ones.
+/// The largest number that is counted to: more key frames, at their full weight, than a week has at 3 Hz.
+/// Counts stop there, so that whatever is saved can be loaded, and a damaged file is told by larger ones.
 pub(crate) const MOST_COUNTED: u32 = (1 << 31) - 1;
 
 /// A sum of counts.

@@ -93,7 +93,8 @@ pub enum ObjectState {
     Confirmed,
 }
 
-/// Limits that tell a damaged object: counts beyond where they stop, and boxes longer than any that is mapped.
+/// Limits that tell a damaged object: counts beyond where they stop, and boxes longer than any that is
+/// mapped.
 #[cfg(feature = "state")]
 impl MapObject {
     /// Whether its numbers are plausible; a damaged file may hold others.

@@ -287,8 +287,8 @@ mod tests {
         assert!(cloud.points().all(|(place, _)| place.iter().all(|c| c.abs() <= 0.41)));
     }
 
-    /// Regression: the sums of weights of what a person carried about, seen from all sides for days, overflowed, and
-    /// above a limit were saved but not loaded.
+    /// Regression: the sums of weights of what a person carried about, seen from all sides for days,
+    /// overflowed, and above a limit were saved but not loaded.
     #[test]
     fn what_is_seen_for_ever_is_counted_to_a_limit() {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);

@@ -87,9 +87,9 @@ impl FixedMoments {
         }
     }
 
-    /// Whether sums of two sets of points can be added and leave half of all room to what comes with the least
-    /// weight of all, a unit each: so much never comes. Whatever is added only where this holds, and else with that
-    /// weight, stays [possible](Self::is_possible).
+    /// Whether sums of two sets of points can be added and leave half of all room to what comes with the
+    /// least weight of all, a unit each: so much never comes. Whatever is added only where this holds, and
+    /// else with that weight, stays [possible](Self::is_possible).
     pub(super) fn has_room_for(&self, other: &Self) -> bool {
         u128::try_from(self.weight.wrapping_add(other.weight)).is_ok_and(|weight| weight < MOST_WEIGHT / 2)
     }

@@ -13,9 +13,9 @@ const MOST_CELLS: usize = 192;
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
 /// A gap counts as occluded while at most this share of its visible places, and of the key frames that look
-/// there, look through it, which is noise at the rims; and a step while more than this share of the key frames that
-/// could show it do. With 0 one floor stays two planes (0.2 duplicates per
-/// room), with more two desks become one.
+/// there, look through it, which is noise at the rims; and a step while more than this share of the key
+/// frames that could show it do. With 0 one floor stays two planes (0.2 duplicates per room), with more two
+/// desks become one.
 pub(super) const MAX_THROUGH: f64 = 0.1;
 
 /// The gap between two patches of one plane: the shortest ways between them, where they are nearest.
@@ -43,11 +43,11 @@ pub(super) enum GapLook {
     Occluded,
     /// The key frame looks through the gap: nothing joins the patches.
     LookedThrough,
-    /// The key frame reads one surface where both patches are, from so near that a step as high as others have shown
-    /// would be larger than the noise.
+    /// The key frame reads one surface where both patches are, from so near that a step as high as others
+    /// have shown would be larger than the noise.
     Joined,
-    /// The key frame shows a step of this height, micrometres, between the patches: they are two surfaces, one before
-    /// the other.
+    /// The key frame shows a step of this height, micrometres, between the patches: they are two surfaces,
+    /// one before the other.
     Step(u32),
 }
 

@@ -17,8 +17,8 @@ pub(super) struct GapRecord {
     pairs: BTreeMap<PlanePair, GapTally>,
 }
 
-/// Number of key frames that saw a gap occluded, that looked through it, that saw one surface there, and that saw a
-/// step; and the sum of the steps' heights, micrometres.
+/// Number of key frames that saw a gap occluded, that looked through it, that saw one surface there, and that
+/// saw a step; and the sum of the steps' heights, micrometres.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct GapTally {
@@ -78,7 +78,8 @@ impl GapRecord {
         self.pairs.len() * size_of::<(PlanePair, GapTally)>()
     }
 
-    /// Whether key frames saw a step between two planes: more than a share [`MAX_THROUGH`] of those that could see it.
+    /// Whether key frames saw a step between two planes: more than a share [`MAX_THROUGH`] of those that
+    /// could see it.
     pub(super) fn is_step(&self, pair: PlanePair) -> bool {
         self.pairs.get(&pair).is_some_and(|tally| {
             let steps = f64::from(tally.steps);

@@ -159,8 +159,8 @@ impl KeyFrame {
             })
     }
 
-    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them, and the step's
-    /// height, micrometres.
+    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them, and
+    /// the step's height, micrometres.
     pub(super) fn steps(
         &self,
         labels: &[u16],

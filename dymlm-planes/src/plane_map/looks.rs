@@ -11,9 +11,10 @@ const UNIT: u64 = 1024;
 const LOOK_TRANSLATION: f64 = 0.25;
 const LOOK_ROTATION: f64 = 0.26;
 
-/// Time after which a look sees a plane anew, seconds. What passes before a camera at rest, or errs while it comes to
-/// rest, is gone by then (`what_a_camera_at_rest_sees_is_believed_after_a_second`). With a lower value three frames at
-/// 30 Hz, with one and the same error, would be three views; a higher one keeps a robot at rest blind to its wall.
+/// Time after which a look sees a plane anew, seconds. What passes before a camera at rest, or errs while it
+/// comes to rest, is gone by then (`what_a_camera_at_rest_sees_is_believed_after_a_second`). With a lower
+/// value three frames at 30 Hz, with one and the same error, would be three views; a higher one keeps a robot
+/// at rest blind to its wall.
 const ANEW: f64 = 1.0;
 
 /// Where the camera was when the look that goes on began.
@@ -29,9 +30,9 @@ pub(super) struct Look {
 ///
 /// A look is what the camera sees from about one pose: what is found or missed there once is found or missed
 /// there again. So the key frames of a look beyond the first [`ENOUGH`] say how often the plane is seen from
-/// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too flatly to
-/// be found, would outvote in two minutes all that it has seen of it on its way; and in an hour, by the error of
-/// one pose, where it has seen the table from everywhere else ([`Self::next_weight`]).
+/// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too
+/// flatly to be found, would outvote in two minutes all that it has seen of it on its way; and in an hour, by
+/// the error of one pose, where it has seen the table from everywhere else ([`Self::next_weight`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Looks {
@@ -51,7 +52,8 @@ pub(super) struct Looks {
 struct Tally {
     looked: u64,
     saw: u64,
-    /// Sightings that say something new: the first of a look, and each that comes [`ANEW`] after the last of these.
+    /// Sightings that say something new: the first of a look, and each that comes [`ANEW`] after the last of
+    /// these.
     views: u64,
     /// Looks that saw it, and those that looked at it in vain.
     found: u64,
@@ -91,8 +93,8 @@ impl Looks {
         Self { earlier, last: Tally::default(), first, view_began: f64::NEG_INFINITY }
     }
 
-    /// Counts a key frame that looked at the plane, of the look that began with `look`, and that saw it at a time,
-    /// seconds, or did not. Those of one look follow each other.
+    /// Counts a key frame that looked at the plane, of the look that began with `look`, and that saw it at a
+    /// time, seconds, or did not. Those of one look follow each other.
     pub(super) fn count(&mut self, look: FrameId, seen_at: Option<f64>) {
         if look != self.first {
             *self = Self::begun_by(look, self.total());
@@ -122,10 +124,10 @@ impl Looks {
         vain >= found
     }
 
-    /// How much the readings of the next key frame of a look that sees the plane count in its fit. The errors of
-    /// the pose and of the sensor are about the same in all of a look, so they count fully while the look gains
-    /// by them, and then less and less: a look never has the weight of more than twice [`ENOUGH`] key frames, but
-    /// it is never deaf to what it sees.
+    /// How much the readings of the next key frame of a look that sees the plane count in its fit. The errors
+    /// of the pose and of the sensor are about the same in all of a look, so they count fully while the look
+    /// gains by them, and then less and less: a look never has the weight of more than twice [`ENOUGH`] key
+    /// frames, but it is never deaf to what it sees.
     pub(super) fn next_weight(&self, look: FrameId) -> f32 {
         let seen = if look == self.first { self.last.saw } else { 0 };
         let share = ENOUGH as f32 / (seen + 1) as f32;

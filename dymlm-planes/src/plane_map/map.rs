@@ -44,17 +44,17 @@ use crate::shared_map::SharedMap;
 /// the two merge when enough key frames saw these ways occluded and hardly any looked through. A merge is not
 /// undone when a later key frame looks through after all.
 ///
-/// Parallel surfaces with a step between them that a key frame shows to be larger than the noise, as a book and the
-/// table on which it lies, stay two planes, though they are near enough to pass for one; unless ten times as many key
-/// frames, from near enough to see such a step, read one surface there.
+/// Parallel surfaces with a step between them that a key frame shows to be larger than the noise, as a book
+/// and the table on which it lies, stay two planes, though they are near enough to pass for one; unless ten
+/// times as many key frames, from near enough to see such a step, read one surface there.
 ///
 /// All sums are integers, and what each key frame has seen is stored in its camera's frame, as sums and a
 /// coded label image: 1 to 2 kB. So [`PlaneMap::remove`] removes a key frame exactly: the planes are as if it
 /// had added nothing, and merges that it caused, or for which it was needed as a witness of an occlusion, are
 /// undone.
 ///
-/// Errors of a pose are shared by all that a camera at rest sees. So of the key frames from about one place the
-/// first 20 count fully in where a plane lies, and all later ones together as much as 20 more.
+/// Errors of a pose are shared by all that a camera at rest sees. So of the key frames from about one place
+/// the first 20 count fully in where a plane lies, and all later ones together as much as 20 more.
 ///
 /// The cost of an insertion depends on what the frame sees, not on the size and age of the map and its
 /// planes: voxels are stored in blocks, a spatial index finds the planes, and earlier key frames are visited
@@ -183,9 +183,10 @@ impl PlaneMap {
         self.planes.get(&plane.birth).is_some_and(|own| std::ptr::eq(own, plane))
     }
 
-    /// The planes that are not confirmed, or no longer, in the same order. Those that were never confirmed are dropped
-    /// when they have been looked at in vain from as many places as they were seen from, and too often for
-    /// [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in free space.
+    /// The planes that are not confirmed, or no longer, in the same order. Those that were never confirmed
+    /// are dropped when they have been looked at in vain from as many places as they were seen from, and too
+    /// often for [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in free
+    /// space.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }

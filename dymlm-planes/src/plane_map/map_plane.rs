@@ -164,8 +164,8 @@ impl MapPlane {
         self.sightings.count
     }
 
-    /// Number of its sightings from different places or times, which [`Self::observations`] from one place at one
-    /// time are not.
+    /// Number of its sightings from different places or times, which [`Self::observations`] from one place at
+    /// one time are not.
     pub(crate) fn views(&self) -> u64 {
         self.sightings.looks.views()
     }

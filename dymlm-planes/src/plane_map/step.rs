@@ -19,9 +19,9 @@ struct Contact {
     points: [[f64; 3]; 2],
 }
 
-/// The pairs of labels that an image shows as two parallel surfaces with a step between them, and its height in
-/// micrometres: as a cupboard's
-/// front and that of the oven in it, 4 cm behind. In the map, planes so near would pass for one.
+/// The pairs of labels that an image shows as two parallel surfaces with a step between them, and its height
+/// in micrometres: as a cupboard's front and that of the oven in it, 4 cm behind. In the map, planes so near
+/// would pass for one.
 ///
 /// Errors of the pose move both, and errors of the camera's calibration hardly differ where the two are
 /// nearest; there the step must be larger than the tolerance of a single reading. (Elsewhere a small angle

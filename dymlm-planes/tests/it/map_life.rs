@@ -85,8 +85,8 @@ fn what_most_key_frames_look_past_is_not_confirmed() {
     assert_eq!(map.len(), seen);
 }
 
-/// Regression: three frames in a tenth of a second confirmed what a camera at rest read in them, though all three had
-/// one and the same error.
+/// Regression: three frames in a tenth of a second confirmed what a camera at rest read in them, though all
+/// three had one and the same error.
 #[test]
 fn what_a_camera_at_rest_sees_is_believed_after_a_second() {
     let frames = detections();

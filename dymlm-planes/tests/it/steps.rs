@@ -45,7 +45,8 @@ fn what_a_key_frame_shows_as_two_stays_two() {
     assert_eq!(far.len(), 1);
 }
 
-/// Regression: a step that one or two key frames showed parted two planes for ever, and those with which they merged.
+/// Regression: a step that one or two key frames showed parted two planes for ever, and those with which they
+/// merged.
 #[test]
 fn a_step_that_hardly_any_key_frame_shows_is_an_error() {
     let flat = World::of(&[upright([0.0, 2.0, 0.75], 0.5, 0.75)]);

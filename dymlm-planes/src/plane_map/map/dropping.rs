@@ -7,12 +7,12 @@ use super::super::key_frame::KeyFrame;
 use super::super::map_plane::MapPlane;
 use super::PlaneMap;
 
-/// Planes that were dropped, each with the key frame that gave the reason. What the key frames saw of them stays, so
-/// that they come back with the removal of that one, or of another that had looked there in vain.
+/// Planes that were dropped, each with the key frame that gave the reason. What the key frames saw of them
+/// stays, so that they come back with the removal of that one, or of another that had looked there in vain.
 pub(super) type Dropped = BTreeMap<Birth, FrameId>;
 
-/// Dropping of planes that were never confirmed: of noise, of ghosts and of what passed by. They are a few in each
-/// minute, and without that all of them would stay for as long as the map.
+/// Dropping of planes that were never confirmed: of noise, of ghosts and of what passed by. They are a few in
+/// each minute, and without that all of them would stay for as long as the map.
 impl PlaneMap {
     /// Drops those of some planes, not seen by the last key frame, that have been refuted.
     pub(super) fn drop_refuted(&mut self, planes: impl IntoIterator<Item = Birth>) {
@@ -25,9 +25,9 @@ impl PlaneMap {
         }
     }
 
-    /// Whether a plane has too few views to be confirmed, and has been looked at in vain from as many places as it was
-    /// seen from, and so often that even more views would not confirm it; or stands in free space, and the camera that
-    /// saw it there has left.
+    /// Whether a plane has too few views to be confirmed, and has been looked at in vain from as many places
+    /// as it was seen from, and so often that even more views would not confirm it; or stands in free space,
+    /// and the camera that saw it there has left.
     fn is_refuted(&self, plane: &MapPlane) -> bool {
         let looks = plane.sightings.looks;
         let is_past = self.look.is_none_or(|look| !looks.has(look.first));
@@ -52,7 +52,8 @@ impl PlaneMap {
         back
     }
 
-    /// A key frame's looks between the planes that are there, each replaced by the one that it has become (`resolve`).
+    /// A key frame's looks between the planes that are there, each replaced by the one that it has become
+    /// (`resolve`).
     pub(super) fn looks_of(&self, key_frame: &KeyFrame, resolve: impl Fn(Birth) -> Birth) -> GapLooks {
         let mut looks = resolve_looks(&key_frame.gap_looks, resolve);
         looks.retain(|(pair, _)| !pair.iter().any(|birth| self.dropped.contains_key(birth)));

@@ -81,8 +81,8 @@ impl PlaneMap {
         pairs.into_iter().filter_map(look).collect()
     }
 
-    /// Whether a key frame reads one of two planes, between which others have shown a step, where the other is, from so
-    /// near that it would have shown that step.
+    /// Whether a key frame reads one of two planes, between which others have shown a step, where the other
+    /// is, from so near that it would have shown that step.
     fn reads_as_one(
         &self,
         [a, b]: [&MapPlane; 2],

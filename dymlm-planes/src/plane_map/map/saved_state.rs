@@ -285,8 +285,8 @@ mod tests {
     use super::*;
     use crate::{PlaneConfig, PlaneDetector};
 
-    /// Regression: sums above a limit were saved, but the map could not be loaded: after 11 hours before a wall, and
-    /// where a plane is seen from everywhere after months.
+    /// Regression: sums above a limit were saved, but the map could not be loaded: after 11 hours before a
+    /// wall, and where a plane is seen from everywhere after months.
     #[test]
     fn a_plane_whose_sums_are_full_can_be_saved_and_taken_apart() {
         let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
