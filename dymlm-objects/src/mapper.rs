@@ -6,7 +6,7 @@ use dymlm_core::{Birth, ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
 use crate::association::{Associator, visible_iou};
-use crate::object_map::ObjectLimits;
+use crate::object_map::{ObjectLimits, counted};
 use crate::optimization::{
     Existence, PRIOR_SLACK, Proposal, Reparameterizer, are_duplicates, judge_existence, may_touch,
 };
@@ -582,10 +582,11 @@ impl ObjectMapper {
                 continue;
             }
             let object = Arc::make_mut(object);
-            object.frames_in_view += 1;
+            object.frames_in_view = counted(object.frames_in_view, 1);
             let camera = view.world_from_camera.translation();
             object.detected_share.count(object.oriented_box.center(), camera, false);
-            object.looked_through += u32::from(existence == Existence::Absent);
+            let is_absent = existence == Existence::Absent;
+            object.looked_through = counted(object.looked_through, u32::from(is_absent));
         }
     }
 

@@ -18,8 +18,8 @@ use crate::plane_map::{PlaneMap, PlaneReport};
 ///
 /// let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect())?;
 /// let first = mapper.insert(&wall, None, &[], &Pose::identity())?;
-/// let nearer = Pose::new([0.1, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])?;
-/// let second = mapper.insert(&wall, None, &[], &nearer)?;
+/// let aside = Pose::new([0.3, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])?;
+/// let second = mapper.insert(&wall, None, &[], &aside)?;
 /// assert_eq!((first.created.len(), second.created.len()), (1, 0));
 /// assert_eq!(second.updated, first.created);
 /// let wall = mapper.map().plane(first.created[0]).ok_or("no such plane")?;

@@ -162,6 +162,15 @@ impl Moments {
         Self::from_covariance(self.weight, a_from_b.transform_point(self.centroid()), &covariance)
     }
 
+    /// The moments of the same points with weights multiplied by a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self {
+            weight: factor * self.weight,
+            first: self.first.map(|sum| factor * sum),
+            second: self.second.map(|sum| factor * sum),
+        }
+    }
+
     pub(crate) fn from_covariance(weight: f64, centroid: [f64; 3], covariance: &Symmetric3) -> Self {
         let [x, y, z] = centroid;
         let of_centroid = [x * x, x * y, x * z, y * y, y * z, z * z];

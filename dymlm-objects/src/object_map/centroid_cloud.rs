@@ -1,6 +1,10 @@
 use dymlm_core::Pose;
 use dymlm_core::vector3::{Vector3, difference};
 
+#[cfg(feature = "state")]
+use super::counter::MOST_COUNTED;
+use super::counter::counted;
+
 /// The centroids of an object's observations: their number, mean and spread (paper IV-B, the centroid cluster
 /// C).
 ///
@@ -21,7 +25,7 @@ impl CentroidCloud {
     /// Whether its numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
-        self.count < 1 << 31 && self.mean.iter().chain(&self.products).all(|c| c.abs() < 1e100)
+        self.count <= MOST_COUNTED && self.mean.iter().chain(&self.products).all(|c| c.abs() < 1e100)
     }
 
     /// Adds the centroid of an observation; a centroid that is not finite is ignored.
@@ -29,7 +33,7 @@ impl CentroidCloud {
         if !centroid.iter().all(|c| c.is_finite()) {
             return;
         }
-        self.count += 1;
+        self.count = counted(self.count, 1);
         let before = difference(centroid, self.mean);
         for (mean, step) in self.mean.iter_mut().zip(before) {
             *mean += step / f64::from(self.count);
@@ -42,7 +46,7 @@ impl CentroidCloud {
 
     /// Adds another cloud (Chan, Golub and `LeVeque`, 1979).
     pub(crate) fn merge(&mut self, other: &Self) {
-        let count = self.count + other.count;
+        let count = counted(self.count, other.count);
         if count == 0 {
             return;
         }

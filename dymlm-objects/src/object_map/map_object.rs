@@ -4,6 +4,9 @@ use dymlm_core::vector3::along;
 use dymlm_core::{Birth, ObjectId, Plane, PlaneId, SensorModel};
 use dymlm_geometry::OrientedBox;
 
+#[cfg(feature = "state")]
+use super::counter::MOST_COUNTED;
+use super::counter::counted;
 use super::{
     BoxMotion, CentroidCloud, CloudPatch, DetectedShare, FULL, KeyView, KeyViews, LabelEvidence, ObjectCloud,
     ObjectSighting, SeenApart, SightedPoints, Sightings, ViewWeight,
@@ -90,11 +93,10 @@ pub enum ObjectState {
     Confirmed,
 }
 
-/// Limits that tell a damaged object: more frames than a year has, and boxes longer than any that is mapped.
+/// Limits that tell a damaged object: counts beyond where they stop, and boxes longer than any that is
+/// mapped.
 #[cfg(feature = "state")]
 impl MapObject {
-    const MOST_FRAMES: u32 = 1 << 31;
-
     /// Whether its numbers are plausible; a damaged file may hold others.
     pub(crate) fn is_possible(&self) -> bool {
         let counts = [
@@ -107,7 +109,7 @@ impl MapObject {
             self.refusals,
         ];
         let place = self.oriented_box.world_from_box().translation();
-        counts.iter().all(|&count| count < Self::MOST_FRAMES)
+        counts.iter().all(|&count| count <= MOST_COUNTED)
             && self.oriented_box.lengths().iter().all(|&length| length <= crate::SizeRange::LONGEST)
             && place.iter().all(|c| c.abs() < 1e9)
             && self.seen_apart.is_possible()
@@ -305,7 +307,8 @@ impl MapObject {
         let patch = self.patch(observation, weight, view, &limits.sensor, priors);
         Arc::make_mut(&mut self.cloud).add(&patch, limits.max_voxels);
         self.centroids.add(observation.centroid);
-        self.flat_observations += u32::from(observation.relief == Relief::Flat);
+        let is_flat = observation.relief == Relief::Flat;
+        self.flat_observations = counted(self.flat_observations, u32::from(is_flat));
         let share_of_view = f64::from(weight) / f64::from(FULL);
         self.evidence.add(&observation.label, share_of_view * f64::from(observation.score));
         if let Some(best) = self.evidence.best().filter(|best| *best != self.label) {
@@ -327,9 +330,9 @@ impl MapObject {
         }
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.sighted_points.add(&observation.sighted_points);
-        self.observations += 1;
-        self.weight = self.weight.saturating_add(weight);
-        self.frames_in_view += 1;
+        self.observations = counted(self.observations, 1);
+        self.weight = counted(self.weight, weight);
+        self.frames_in_view = counted(self.frames_in_view, 1);
         self.last_seen = view.frame.timestamp();
         patch
     }
@@ -392,9 +395,9 @@ impl MapObject {
         self.seen_apart.merge(&other.seen_apart, [self.birth, other.birth]);
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.sighted_points.merge(&other.sighted_points, other.last_seen > self.last_seen);
-        self.observations += other.observations;
-        self.weight = self.weight.saturating_add(other.weight);
-        self.flat_observations += other.flat_observations;
+        self.observations = counted(self.observations, other.observations);
+        self.weight = counted(self.weight, other.weight);
+        self.flat_observations = counted(self.flat_observations, other.flat_observations);
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);
         self.looked_through = self.looked_through.min(other.looked_through);
         self.detected_share.merge(&other.detected_share);

@@ -2,6 +2,7 @@
 
 mod box_motion;
 mod centroid_cloud;
+mod counter;
 mod detected_share;
 mod key_views;
 mod label_evidence;
@@ -19,6 +20,7 @@ mod view_weight;
 
 pub(crate) use box_motion::BoxMotion;
 pub use centroid_cloud::CentroidCloud;
+pub(crate) use counter::counted;
 pub(crate) use detected_share::DetectedShare;
 pub(crate) use key_views::{KeyView, KeyViews};
 pub use label_evidence::LabelEvidence;

@@ -3,6 +3,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use dymlm_core::vector3::{Vector3, along, difference};
 use dymlm_core::{Point, Pose, SensorModel};
 
+#[cfg(feature = "state")]
+use super::counter::MOST_COUNTED;
+use super::counter::counted;
+
 /// The fused surface points of an object, in voxels relative to its first centroid.
 ///
 /// Sums are integers, so what was added can be subtracted again exactly, and the order does not matter. When
@@ -56,7 +60,7 @@ impl ObjectCloud {
             && self.origin.iter().all(|c| c.abs() < 1e9)
             && (1e-6..1e3).contains(&self.voxel_size)
             && self.voxels.values().all(|voxel| voxel.weight > 0)
-            && self.cells.values().all(|&count| count < 1 << 31)
+            && self.cells.values().all(|&count| count <= MOST_COUNTED)
     }
 }
 
@@ -109,7 +113,8 @@ impl ObjectCloud {
     pub(crate) fn add(&mut self, patch: &CloudPatch, max_voxels: usize) {
         for (key, voxel) in &patch.voxels {
             self.voxels.entry(raised(*key, self.level)).or_default().add(voxel);
-            *self.cells.entry(self.cell_of(voxel)).or_default() += 1;
+            let count = self.cells.entry(self.cell_of(voxel)).or_default();
+            *count = counted(*count, 1);
         }
         while self.voxels.len() > max_voxels && self.level < 16 {
             self.coarsen();
@@ -180,7 +185,8 @@ impl ObjectCloud {
             let turned = Voxel { sum, ..*voxel };
             let key = raised(moved.key(place), moved.level);
             moved.voxels.entry(key).or_default().add(&turned);
-            *moved.cells.entry(moved.cell_of(&turned)).or_default() += turned.observations;
+            let count = moved.cells.entry(moved.cell_of(&turned)).or_default();
+            *count = counted(*count, turned.observations);
         }
         moved
     }
@@ -263,6 +269,7 @@ fn weight_at(z: f32, sensor: &SensorModel) -> i64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::counter::MOST_COUNTED;
     use super::*;
 
     fn points(seed: u32) -> Vec<Point> {
@@ -321,6 +328,21 @@ mod tests {
         let total: u32 = cloud.points().map(|(_, observations)| observations).sum();
         assert!(total > 1000);
         assert!(cloud.points().all(|(place, _)| place.iter().all(|c| c.abs() <= 0.41)));
+    }
+
+    /// Regression: the sums of weights of what a person carried about, seen from all sides for days,
+    /// overflowed, and above a limit were saved but not loaded.
+    #[test]
+    fn what_is_seen_for_ever_is_counted_to_a_limit() {
+        let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
+        let patch = cloud.patch(&points(1), 1024, &Pose::identity(), &SensorModel::kinect(), |_| true);
+        cloud.add(&patch, 100_000);
+        cloud.voxels.values_mut().for_each(|voxel| voxel.observations = u32::MAX - 1);
+        let mut cloud = cloud.moved(&Pose::identity());
+        cloud.add(&patch, 100_000);
+        assert!(cloud.cells.values().all(|&count| count == MOST_COUNTED));
+        #[cfg(feature = "state")]
+        assert!(cloud.is_possible());
     }
 
     #[test]

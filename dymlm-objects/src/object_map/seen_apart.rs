@@ -1,5 +1,9 @@
 use dymlm_core::Birth;
 
+#[cfg(feature = "state")]
+use super::counter::MOST_COUNTED;
+use super::counter::counted;
+
 /// How often an object was detected together with each of its neighbours of the same label, as two things in
 /// one frame. What a detector saw as two things is not one, however well two boxes overlap. Each of the two
 /// counts, so that both know whom a merge concerns.
@@ -14,7 +18,8 @@ impl SeenApart {
     /// Whether its numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(crate) fn is_possible(&self) -> bool {
-        self.frames.is_sorted_by(|a, b| a.0 < b.0) && self.frames.iter().all(|(_, frames)| *frames < 1 << 31)
+        self.frames.is_sorted_by(|a, b| a.0 < b.0)
+            && self.frames.iter().all(|(_, frames)| *frames <= MOST_COUNTED)
     }
 
     /// Counts one more frame with a neighbour.
@@ -54,7 +59,7 @@ impl SeenApart {
 
     fn add(&mut self, neighbour: Birth, frames: u32) {
         match self.frames.binary_search_by_key(&neighbour, |(birth, _)| *birth) {
-            Ok(place) => self.frames[place].1 = self.frames[place].1.saturating_add(frames),
+            Ok(place) => self.frames[place].1 = counted(self.frames[place].1, frames),
             Err(place) => self.frames.insert(place, (neighbour, frames)),
         }
     }

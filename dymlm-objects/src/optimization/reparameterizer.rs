@@ -6,7 +6,7 @@ use dymlm_geometry::{IsolationForestConfig, OrientedBox};
 
 use super::completion::{Completion, Stance};
 use super::outliers::OutlierFilter;
-use crate::object_map::FULL;
+use crate::object_map::{FULL, counted};
 use crate::support::drop_repeated;
 use crate::{
     BoxFit, BoxFitter, BoxFitterConfig, MapObject, ObjectShape, Relief, ShapeTable, SizePrior, SizePriors,
@@ -87,7 +87,7 @@ impl Reparameterizer {
         let is_plausible = is_plausible(object, &fit, priors);
         let is_persistent = object.refusals >= MAX_REFUSALS;
         if !is_plausible || !(is_persistent || fits_views(object, &proposed)) {
-            object.refusals += u32::from(is_plausible);
+            object.refusals = counted(object.refusals, u32::from(is_plausible));
             return Proposal::Rejected;
         }
         adopt(object, &fit, &proposed);

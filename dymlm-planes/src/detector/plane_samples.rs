@@ -89,6 +89,15 @@ impl PlaneSamples {
 record!(RayLattice { first, step, columns });
 
 impl RayLattice {
+    /// The site nearest to the ray (x, y, 1), if it is in the lattice or below it.
+    pub(crate) fn site(&self, ray: [f64; 2]) -> Option<usize> {
+        let at = [0, 1]
+            .map(|axis| ((ray[axis] - f64::from(self.first[axis])) / f64::from(self.step[axis])).round());
+        let is_within =
+            at[0] >= 0.0 && at[0] < self.columns.into() && at[1] >= 0.0 && at[1] < MOST_SITES as f64;
+        is_within.then(|| at[1] as usize * self.columns as usize + at[0] as usize)
+    }
+
     /// Whether its numbers are plausible; a damaged file may hold others.
     pub(crate) fn is_possible(&self) -> bool {
         let mut rays = self.first.iter().chain(&self.step);

@@ -87,10 +87,11 @@ impl FixedMoments {
         }
     }
 
-    /// Reverses the side that was seen.
-    pub(super) fn flipped(mut self) -> Self {
-        self.facing = self.facing.map(|f| -f);
-        self
+    /// Whether sums of two sets of points can be added and leave half of all room to what comes with the
+    /// least weight of all, a unit each: so much never comes. Whatever is added only where this holds, and
+    /// else with that weight, stays [possible](Self::is_possible).
+    pub(super) fn has_room_for(&self, other: &Self) -> bool {
+        u128::try_from(self.weight.wrapping_add(other.weight)).is_ok_and(|weight| weight < MOST_WEIGHT / 2)
     }
 
     /// Sum of weights; a reading with the sensor's least noise (a Kinect's at 0.4 m) has weight 1.

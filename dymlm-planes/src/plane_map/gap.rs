@@ -13,8 +13,9 @@ const MOST_CELLS: usize = 192;
 const MOST_WAYS: usize = 8;
 const PLACES: usize = 12;
 /// A gap counts as occluded while at most this share of its visible places, and of the key frames that look
-/// there, look through it, which is noise at the rims. With 0 one floor stays two planes (0.2 duplicates per
-/// room), with more two desks become one.
+/// there, look through it, which is noise at the rims; and a step while more than this share of the key
+/// frames that could show it do. With 0 one floor stays two planes (0.2 duplicates per room), with more two
+/// desks become one.
 pub(super) const MAX_THROUGH: f64 = 0.1;
 
 /// The gap between two patches of one plane: the shortest ways between them, where they are nearest.
@@ -42,11 +43,15 @@ pub(super) enum GapLook {
     Occluded,
     /// The key frame looks through the gap: nothing joins the patches.
     LookedThrough,
-    /// The key frame shows a step between the patches: they are two surfaces, one before the other.
-    Step,
+    /// The key frame reads one surface where both patches are, from so near that a step as high as others
+    /// have shown would be larger than the noise.
+    Joined,
+    /// The key frame shows a step of this height, micrometres, between the patches: they are two surfaces,
+    /// one before the other.
+    Step(u32),
 }
 
-record_of_cases!(GapLook { 0 => Occluded, 1 => LookedThrough, 2 => Step });
+record_of_cases!(GapLook { 0 => Occluded, 1 => LookedThrough, 2 => Step(height), 3 => Joined });
 
 impl Gap {
     /// The gap between two patches within a region; `None` when it is wider than `max_width` metres (to a

@@ -17,13 +17,16 @@ pub(super) struct GapRecord {
     pairs: BTreeMap<PlanePair, GapTally>,
 }
 
-/// Number of key frames that saw a gap occluded, that looked through it, and that saw a step there.
+/// Number of key frames that saw a gap occluded, that looked through it, that saw one surface there, and that
+/// saw a step; and the sum of the steps' heights, micrometres.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 struct GapTally {
     occluded: u32,
     through: u32,
+    joined: u32,
     steps: u32,
+    heights: u64,
 }
 
 impl GapTally {
@@ -31,16 +34,24 @@ impl GapTally {
         match gap_look {
             GapLook::Occluded => &mut self.occluded,
             GapLook::LookedThrough => &mut self.through,
-            GapLook::Step => &mut self.steps,
+            GapLook::Joined => &mut self.joined,
+            GapLook::Step(_) => &mut self.steps,
         }
     }
+}
+
+/// The height of the step that was seen, micrometres; 0 for what is none.
+fn height(gap_look: GapLook) -> u64 {
+    if let GapLook::Step(height) = gap_look { height.into() } else { 0 }
 }
 
 impl GapRecord {
     /// Adds what one key frame saw.
     pub(super) fn add(&mut self, gap_looks: &GapLooks) {
         for (pair, gap_look) in gap_looks {
-            *self.pairs.entry(*pair).or_default().of(*gap_look) += 1;
+            let tally = self.pairs.entry(*pair).or_default();
+            *tally.of(*gap_look) += 1;
+            tally.heights += height(*gap_look);
         }
     }
 
@@ -50,10 +61,16 @@ impl GapRecord {
             let Some(tally) = self.pairs.get_mut(pair) else { continue };
             let looks = tally.of(*gap_look);
             *looks = looks.saturating_sub(1);
-            if (tally.occluded, tally.through, tally.steps) == (0, 0, 0) {
+            tally.heights = tally.heights.saturating_sub(height(*gap_look));
+            if [tally.occluded, tally.through, tally.joined, tally.steps] == [0; 4] {
                 self.pairs.remove(pair);
             }
         }
+    }
+
+    /// Forgets what was seen between a plane and others.
+    pub(super) fn forget(&mut self, plane: Birth) {
+        self.pairs.retain(|pair, _| !pair.contains(&plane));
     }
 
     /// Approximate size in bytes.
@@ -61,9 +78,19 @@ impl GapRecord {
         self.pairs.len() * size_of::<(PlanePair, GapTally)>()
     }
 
-    /// Whether a key frame saw a step between two planes.
+    /// Whether key frames saw a step between two planes: more than a share [`MAX_THROUGH`] of those that
+    /// could see it.
     pub(super) fn is_step(&self, pair: PlanePair) -> bool {
-        self.pairs.get(&pair).is_some_and(|tally| tally.steps > 0)
+        self.pairs.get(&pair).is_some_and(|tally| {
+            let steps = f64::from(tally.steps);
+            steps > MAX_THROUGH * (steps + f64::from(tally.joined))
+        })
+    }
+
+    /// The mean height of the steps that key frames saw between two planes, metres.
+    pub(super) fn step_height(&self, pair: PlanePair) -> Option<f64> {
+        let tally = self.pairs.get(&pair).filter(|tally| tally.steps > 0)?;
+        Some(1e-6 * tally.heights as f64 / f64::from(tally.steps))
     }
 
     /// Whether at least `least` key frames saw the gap occluded, and at most a share [`MAX_THROUGH`] looked
@@ -87,7 +114,7 @@ pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(Birth) -> Bir
     let resolved = gap_looks.iter().map(|&([a, b], gap_look)| (pair_of(resolve(a), resolve(b)), gap_look));
     let mut resolved: GapLooks = resolved.filter(|([a, b], _)| a != b).collect();
     resolved.sort_unstable();
-    // After the reversal, a pair's `Step` comes first, then `LookedThrough`, then `Occluded`.
+    // After the reversal, a pair's highest `Step` comes first, then `Joined`, `LookedThrough`, `Occluded`.
     resolved.reverse();
     resolved.dedup_by_key(|(pair, _)| *pair);
     resolved
@@ -100,7 +127,8 @@ mod tests {
     #[test]
     fn a_step_counts_until_the_last_key_frame_that_showed_it_is_gone() {
         let [a, b, c] = [1, 2, 3].map(Birth::new);
-        let [step, occluded] = [GapLook::Step, GapLook::Occluded].map(|look| vec![([a, b], look)]);
+        let [step, occluded, joined] =
+            [GapLook::Step(40_000), GapLook::Occluded, GapLook::Joined].map(|look| vec![([a, b], look)]);
         let mut record = GapRecord::default();
         record.add(&step);
         record.add(&step);
@@ -110,6 +138,15 @@ mod tests {
         record.subtract(&step);
         assert!(!record.is_step([a, b]) && record.is_occluded([a, b], 1));
         record.subtract(&occluded);
+        // A step that one key frame of ten and more has seen is an error.
+        record.add(&step);
+        (0..8).for_each(|_| record.add(&joined));
+        assert!(record.is_step([a, b]));
+        assert_eq!(record.step_height([a, b]), Some(0.04));
+        record.add(&joined);
+        assert!(!record.is_step([a, b]));
+        (0..9).for_each(|_| record.subtract(&joined));
+        record.subtract(&step);
         assert_eq!(record.memory_bytes(), 0);
     }
 
@@ -117,9 +154,9 @@ mod tests {
     fn of_pairs_that_have_become_one_a_step_counts_first() {
         let [a, b, c] = [1, 2, 3].map(Birth::new);
         let looks =
-            vec![([a, b], GapLook::Occluded), ([a, c], GapLook::Step), ([b, c], GapLook::LookedThrough)];
+            vec![([a, b], GapLook::Occluded), ([a, c], GapLook::Step(9)), ([b, c], GapLook::LookedThrough)];
         // The third has become the second.
         let resolved = resolve_looks(&looks, |birth| if birth == c { b } else { birth });
-        assert_eq!(resolved, [([a, b], GapLook::Step)]);
+        assert_eq!(resolved, [([a, b], GapLook::Step(9))]);
     }
 }

@@ -1,5 +1,5 @@
 use dymlm_core::vector3::{difference, norm};
-use dymlm_core::{Birth, FrameId, Pose, SensorModel, record};
+use dymlm_core::{Birth, FrameId, Plane, Pose, SensorModel, record};
 
 use super::fixed_moments::FixedMoments;
 use super::gap::GapLook;
@@ -27,7 +27,7 @@ pub(super) struct KeyFrame {
     pub(super) shares: Vec<Share>,
     /// The label image: for each site of the lattice the label of the share that it shows, or 0; coded, with
     /// `sites` sites.
-    lattice: RayLattice,
+    pub(super) lattice: RayLattice,
     sites: u32,
     labels: Box<[u8]>,
     /// Motions in the world of shares, by label, since the key frame was taken.
@@ -59,6 +59,8 @@ pub(super) struct Share {
     weight: f32,
     centroid: [f32; 3],
     covariance: [f32; 6],
+    /// The part of its weight that counts in the plane: see `Looks::next_weight`.
+    pub(super) counted: f32,
     /// Its label in the key frame's image.
     label: u16,
     /// Whether the plane was seen from behind.
@@ -79,12 +81,19 @@ record!(KeyFrame {
     gap_looks
 });
 record!(Merge { merge, witnesses });
-record!(Share { plane, weight, centroid, covariance, label, is_flipped });
+record!(Share { plane, weight, centroid, covariance, counted, label, is_flipped });
 
 impl Share {
     /// Weight, centroid and covariance of its inliers, in the camera's frame.
     pub(super) fn own_moments(&self) -> (f64, [f64; 3], [f64; 6]) {
         (self.weight.into(), self.centroid.map(f64::from), self.covariance.map(f64::from))
+    }
+
+    /// What it adds to the sums of its plane, at a pose at which its own plane, with the normal towards the
+    /// camera, is `plane`. `None` when that is out of reach.
+    pub(super) fn moments_at(&self, pose: &Pose, plane: &Plane) -> Option<FixedMoments> {
+        let normal = if self.is_flipped { plane.normal().map(|n| -n) } else { plane.normal() };
+        FixedMoments::new(&self.moments().transformed(pose).scaled(self.counted.into()), normal)
     }
 
     fn moments(&self) -> Moments {
@@ -118,6 +127,7 @@ impl KeyFrame {
                 weight: plane.moments.weight as f32,
                 centroid: plane.moments.centroid().map(|c| c as f32),
                 covariance: plane.moments.covariance().map(|c| c as f32),
+                counted: 1.0,
                 label,
                 is_flipped: false,
             });
@@ -144,21 +154,27 @@ impl KeyFrame {
         self.timestamp.is_finite()
             && self.sites as usize <= MOST_SITES
             && self.lattice.is_possible()
-            && self.shares.iter().all(|share| usize::from(share.label) <= MOST_LABELS)
+            && self.shares.iter().all(|share| {
+                usize::from(share.label) <= MOST_LABELS && share.counted > 0.0 && share.counted <= 1.0
+            })
     }
 
-    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them.
+    /// Pairs of shares, by index, that its label image shows as two surfaces with a step between them, and
+    /// the step's height, micrometres.
     pub(super) fn steps(
         &self,
         labels: &[u16],
         criterion: &Criterion,
         sensor: &SensorModel,
-    ) -> Vec<[usize; 2]> {
+    ) -> Vec<([usize; 2], u32)> {
         let plane = |share: &Share| Some((share.label, share.moments().fit()?.plane()?));
         let planes = self.shares.iter().filter_map(plane).collect();
         let share_of = |label: u16| self.shares.iter().position(|share| share.label == label);
         let steps = steps(labels, self.lattice, &planes, criterion, sensor);
-        steps.into_iter().filter_map(|[a, b]| Some([share_of(a)?, share_of(b)?])).collect()
+        steps
+            .into_iter()
+            .filter_map(|([a, b], height)| Some(([share_of(a)?, share_of(b)?], height)))
+            .collect()
     }
 
     fn decoded(&self) -> Vec<u16> {
@@ -202,8 +218,7 @@ impl KeyFrame {
         let own = moments.fit().filter(|_| within).and_then(|fit| fit.plane());
         let placed = own.and_then(|own| {
             let plane = own.transformed(&pose);
-            let normal = if share.is_flipped { plane.normal().map(|n| -n) } else { plane.normal() };
-            let moments = FixedMoments::new(&moments.transformed(&pose), normal)?;
+            let moments = share.moments_at(&pose, &plane)?;
             let (rotation, translation) = (pose.rotation_matrix(), pose.translation());
             let to_world = |[x, y, z]: [f64; 3]| {
                 std::array::from_fn(|axis| {

@@ -11,6 +11,12 @@ const UNIT: u64 = 1024;
 const LOOK_TRANSLATION: f64 = 0.25;
 const LOOK_ROTATION: f64 = 0.26;
 
+/// Time after which a look sees a plane anew, seconds. What passes before a camera at rest, or errs while it
+/// comes to rest, is gone by then (`what_a_camera_at_rest_sees_is_believed_after_a_second`). With a lower
+/// value three frames at 30 Hz, with one and the same error, would be three views; a higher one keeps a robot
+/// at rest blind to its wall.
+const ANEW: f64 = 1.0;
+
 /// Where the camera was when the look that goes on began.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
@@ -24,9 +30,10 @@ pub(super) struct Look {
 ///
 /// A look is what the camera sees from about one pose: what is found or missed there once is found or missed
 /// there again. So the key frames of a look beyond the first [`ENOUGH`] say how often the plane is seen from
-/// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too flatly to
-/// be found, would outvote in two minutes all that it has seen of it on its way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too
+/// flatly to be found, would outvote in two minutes all that it has seen of it on its way; and in an hour, by
+/// the error of one pose, where it has seen the table from everywhere else ([`Self::next_weight`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Looks {
     /// Of the looks before the last, in [units](UNIT).
@@ -35,6 +42,8 @@ pub(super) struct Looks {
     last: Tally,
     /// The first key frame of that look, whether or not it looked at the plane.
     first: FrameId,
+    /// When the last view of that look began, seconds.
+    view_began: f64,
 }
 
 /// Key frames that looked at a plane, and those that saw it.
@@ -43,6 +52,12 @@ pub(super) struct Looks {
 struct Tally {
     looked: u64,
     saw: u64,
+    /// Sightings that say something new: the first of a look, and each that comes [`ANEW`] after the last of
+    /// these.
+    views: u64,
+    /// Looks that saw it, and those that looked at it in vain.
+    found: u64,
+    vain: u64,
 }
 
 impl Look {
@@ -59,7 +74,7 @@ impl Look {
 
 impl Default for Looks {
     fn default() -> Self {
-        Self { earlier: Tally::default(), last: Tally::default(), first: FrameId::new(u64::MAX) }
+        Self::begun_by(FrameId::new(u64::MAX), Tally::default())
     }
 }
 
@@ -67,23 +82,61 @@ impl Looks {
     /// Whether the numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
-        let is_tally = |tally: &Tally| tally.saw <= tally.looked && tally.looked < 1 << 50;
-        is_tally(&self.earlier) && is_tally(&self.last)
+        let is_tally = |tally: &Tally| {
+            let Tally { looked, saw, views, found, vain } = *tally;
+            saw.max(views).max(found).max(vain) <= looked && looked < 1 << 50
+        };
+        is_tally(&self.earlier) && is_tally(&self.last) && !self.view_began.is_nan()
     }
 
-    /// Counts a key frame that looked at the plane, of the look that began with `look`. Those of one look follow
-    /// each other.
-    pub(super) fn count(&mut self, look: FrameId, saw: bool) {
+    fn begun_by(first: FrameId, earlier: Tally) -> Self {
+        Self { earlier, last: Tally::default(), first, view_began: f64::NEG_INFINITY }
+    }
+
+    /// Counts a key frame that looked at the plane, of the look that began with `look`, and that saw it at a
+    /// time, seconds, or did not. Those of one look follow each other.
+    pub(super) fn count(&mut self, look: FrameId, seen_at: Option<f64>) {
         if look != self.first {
-            *self = Self { earlier: self.total(), last: Tally::default(), first: look };
+            *self = Self::begun_by(look, self.total());
         }
         self.last.looked += 1;
-        self.last.saw += u64::from(saw);
+        let Some(time) = seen_at else { return };
+        self.last.saw += 1;
+        if (time - self.view_began).abs() >= ANEW {
+            self.last.views += 1;
+            self.view_began = time;
+        }
+    }
+
+    /// Number of sightings from different places, or at different times.
+    pub(super) fn views(&self) -> u64 {
+        self.total().views
+    }
+
+    /// Whether the last look at the plane is the one that began with `look`.
+    pub(super) fn has(&self, look: FrameId) -> bool {
+        self.first == look
+    }
+
+    /// Whether as many looks at the plane were in vain as saw it.
+    pub(super) fn is_mostly_vain(&self) -> bool {
+        let Tally { found, vain, .. } = self.total();
+        vain >= found
+    }
+
+    /// How much the readings of the next key frame of a look that sees the plane count in its fit. The errors
+    /// of the pose and of the sensor are about the same in all of a look, so they count fully while the look
+    /// gains by them, and then less and less: a look never has the weight of more than twice [`ENOUGH`] key
+    /// frames, but it is never deaf to what it sees.
+    pub(super) fn next_weight(&self, look: FrameId) -> f32 {
+        let seen = if look == self.first { self.last.saw } else { 0 };
+        let share = ENOUGH as f32 / (seen + 1) as f32;
+        share.min(1.0).powi(2)
     }
 
     /// The share of the looks that saw the plane; 1 before any.
     pub(super) fn share(&self) -> f64 {
-        let Tally { looked, saw } = self.total();
+        let Tally { looked, saw, .. } = self.total();
         if looked == 0 { 1.0 } else { saw as f64 / looked as f64 }
     }
 
@@ -95,16 +148,26 @@ impl Looks {
         let earlier = Tally {
             looked: all.looked.saturating_sub(later.looked) + since.earlier.looked,
             saw: all.saw.saturating_sub(later.saw) + since.earlier.saw,
+            views: all.views.saturating_sub(later.views) + since.earlier.views,
+            found: all.found.saturating_sub(later.found) + since.earlier.found,
+            vain: all.vain.saturating_sub(later.vain) + since.earlier.vain,
         };
         Self { earlier, ..since }
     }
 
     fn total(&self) -> Tally {
-        let Tally { looked, saw } = self.last;
+        let Tally { looked, saw, views, .. } = self.last;
+        let (found, vain) = (u64::from(saw > 0), u64::from(looked > 0 && saw == 0));
         // Divided last and rounded down, so that the sums do not depend on what else is summed.
         let enough = looked.min(ENOUGH) * UNIT;
         let saw = (enough * saw).checked_div(looked).unwrap_or(0);
-        Tally { looked: self.earlier.looked + enough, saw: self.earlier.saw + saw }
+        Tally {
+            looked: self.earlier.looked + enough,
+            saw: self.earlier.saw + saw,
+            views: self.earlier.views + views,
+            found: self.earlier.found + found,
+            vain: self.earlier.vain + vain,
+        }
     }
 }
 
@@ -115,7 +178,8 @@ mod tests {
     fn looks(tallies: &[(u64, u64)]) -> Looks {
         let mut looks = Looks::default();
         for (look, &(looked, saw)) in tallies.iter().enumerate() {
-            (0..looked).for_each(|frame| looks.count(FrameId::new(look as u64), frame < saw));
+            (0..looked)
+                .for_each(|frame| looks.count(FrameId::new(look as u64), (frame < saw).then_some(0.0)));
         }
         looks
     }
@@ -127,6 +191,39 @@ mod tests {
         assert_eq!(looks(&[(5, 5), (18_000, 0)]).share(), 0.2);
         assert_eq!(looks(&[(18_000, 18_000), (20, 0), (20, 0), (20, 0)]).share(), 0.25);
         assert_eq!(looks(&[]).share(), 1.0);
+    }
+
+    #[test]
+    fn a_look_weighs_as_much_as_forty_key_frames_at_most() {
+        let (mut at_rest, mut weight) = (Looks::default(), 0.0);
+        for frame in 0..200_000 {
+            let next = at_rest.next_weight(FrameId::new(0));
+            assert!(next > 0.0 && (frame >= 20 || next == 1.0));
+            weight += f64::from(next);
+            at_rest.count(FrameId::new(0), Some(0.0));
+        }
+        assert!((38.0..40.0).contains(&weight), "{weight}");
+        assert_eq!(at_rest.next_weight(FrameId::new(7)), 1.0, "from elsewhere");
+        assert_eq!(looks(&[(18_000, 19)]).next_weight(FrameId::new(0)), 1.0, "seldom seen");
+    }
+
+    #[test]
+    fn a_look_sees_anew_after_a_second() {
+        let mut looks = Looks::default();
+        for (look, time, views) in [
+            (0, 5.0, 1),
+            (0, 5.03, 1),
+            (0, 5.9, 1),
+            (0, 6.1, 2),
+            (0, 7.0, 2),
+            (1, 7.03, 3),
+            (1, 7.06, 3),
+            (1, 9.0, 4),
+        ] {
+            looks.count(FrameId::new(look), Some(time));
+            looks.count(FrameId::new(look), None);
+            assert_eq!(looks.views(), views, "{time}");
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 mod associating;
 mod confirmation;
+mod dropping;
 mod forgetting;
 mod merging;
 mod moved_body;
@@ -15,10 +16,12 @@ use dymlm_core::vector3::norm;
 use dymlm_core::{Birth, DepthView, Frame, FrameId, MergedIds, Names, PlaneId, Pose, SensorModel};
 
 use self::associating::Pairing;
+use self::dropping::Dropped;
+use self::merging::Seen;
 use super::config::PlaneMapConfig;
 use super::gap_record::{GapRecord, PlanePair, pair_of};
 use super::insertion::Insertion;
-use super::key_frame::{KeyFrame, Places};
+use super::key_frame::{KeyFrame, Places, Share};
 use super::looks::Look;
 use super::map_plane::{MapPlane, ShapeSettings};
 use super::placed_share::{PlacedShare, reach_of_planes};
@@ -41,13 +44,17 @@ use crate::shared_map::SharedMap;
 /// the two merge when enough key frames saw these ways occluded and hardly any looked through. A merge is not
 /// undone when a later key frame looks through after all.
 ///
-/// Parallel surfaces with a step between them that a key frame shows to be larger than the noise, as a book and the
-/// table on which it lies, stay two planes, though they are near enough to pass for one.
+/// Parallel surfaces with a step between them that a key frame shows to be larger than the noise, as a book
+/// and the table on which it lies, stay two planes, though they are near enough to pass for one; unless ten
+/// times as many key frames, from near enough to see such a step, read one surface there.
 ///
 /// All sums are integers, and what each key frame has seen is stored in its camera's frame, as sums and a
 /// coded label image: 1 to 2 kB. So [`PlaneMap::remove`] removes a key frame exactly: the planes are as if it
 /// had added nothing, and merges that it caused, or for which it was needed as a witness of an occlusion, are
 /// undone.
+///
+/// Errors of a pose are shared by all that a camera at rest sees. So of the key frames from about one place
+/// the first 20 count fully in where a plane lies, and all later ones together as much as 20 more.
 ///
 /// The cost of an insertion depends on what the frame sees, not on the size and age of the map and its
 /// planes: voxels are stored in blocks, a spatial index finds the planes, and earlier key frames are visited
@@ -67,6 +74,8 @@ pub struct PlaneMap {
     look: Option<Look>,
     /// For each merged plane, the plane into which it was merged.
     merged: MergedIds<Birth>,
+    /// Planes that were never confirmed, and are no longer there.
+    dropped: Dropped,
     /// What the key frames saw between the present planes.
     gaps: GapRecord,
     names: Names<PlaneId>,
@@ -98,6 +107,7 @@ impl PlaneMap {
             key_frames: FiledMap::default(),
             look: None,
             merged: MergedIds::default(),
+            dropped: Dropped::new(),
             gaps: GapRecord::default(),
             names: Names::default(),
             merged_ids: MergedIds::default(),
@@ -125,16 +135,18 @@ impl PlaneMap {
         let seen = placed.iter().map(|share| share.patch.bounds());
         let region = seen.fold(VoxelBox::default(), |all, one| all.union(&one));
         let steps = key_frame.steps(&labels, &self.criterion, &self.sensor);
-        let pairings = self.associate(&placed, &steps);
+        let parted: Vec<[usize; 2]> = steps.iter().map(|(pair, _)| *pair).collect();
+        let pairings = self.associate(&placed, &parted);
         key_frame.look = self.look_at(world_from_camera);
-        let look = key_frame.look;
+        let (look, lattice) = (key_frame.look, key_frame.lattice);
         let mut insertion = self.fuse(placed, &pairings, key_frame);
         let view = DepthView::new(frame.camera(), frame.depth(), &self.sensor);
-        let steps: Vec<PlanePair> = steps
-            .into_iter()
-            .map(|[a, b]| pair_of(insertion.associations[a], insertion.associations[b]))
-            .collect();
-        let gap_looks = self.look_between(&insertion, &steps, &region, &view, &world_from_camera.inverse());
+        let of_births = |([a, b], height): ([usize; 2], u32)| {
+            (pair_of(insertion.associations[a], insertion.associations[b]), height)
+        };
+        let steps: Vec<(PlanePair, u32)> = steps.into_iter().map(of_births).collect();
+        let seen = Seen { labels: &labels, lattice, steps: &steps, view: &view };
+        let gap_looks = self.look_between(&insertion, &seen, &region, &world_from_camera.inverse());
         let missed = self.missed_by(&insertion, &view, world_from_camera);
         self.gaps.add(&gap_looks);
         self.key_frames.update(insertion.key_frame, |key_frame| {
@@ -142,7 +154,8 @@ impl PlaneMap {
         });
         self.count_missed(&missed, look);
         self.merge(&mut insertion, &region);
-        self.confirm(insertion.associations.iter().copied().chain(missed));
+        self.confirm(insertion.associations.iter().chain(&missed).copied());
+        self.drop_refuted(missed);
         Ok(insertion.report(&self.names))
     }
 
@@ -170,7 +183,10 @@ impl PlaneMap {
         self.planes.get(&plane.birth).is_some_and(|own| std::ptr::eq(own, plane))
     }
 
-    /// The planes that are not confirmed, or no longer, in the same order.
+    /// The planes that are not confirmed, or no longer, in the same order. Those that were never confirmed
+    /// are dropped when they have been looked at in vain from as many places as they were seen from, and too
+    /// often for [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in free
+    /// space.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }
@@ -265,6 +281,7 @@ impl PlaneMap {
             + self.merged_ids.memory_bytes()
             + self.names.memory_bytes()
             + self.gaps.memory_bytes()
+            + self.dropped.len() * size_of::<(Birth, FrameId)>()
     }
 
     /// Puts what older key frames have seen into a file, for the clones that share it as well: it is read again
@@ -300,12 +317,11 @@ impl PlaneMap {
     ) -> Insertion {
         let (mut insertion, shape) = (Insertion::of(FrameId::new(self.next_key_frame)), self.shape());
         self.next_key_frame += 1;
+        let (look, pose) = (key_frame.look, key_frame.world_from_camera);
         let shares = placed.into_iter().zip(&mut key_frame.shares);
-        for ((mut placed, share), pairing) in shares.zip(pairings) {
+        for ((placed, share), pairing) in shares.zip(pairings) {
             share.plane = if let Some(pairing) = pairing {
-                if pairing.agreement.flipped {
-                    (share.is_flipped, placed.moments) = (true, placed.moments.flipped());
-                }
+                share.is_flipped = pairing.agreement.flipped;
                 insertion.updated.push(pairing.plane);
                 pairing.plane
             } else {
@@ -316,7 +332,14 @@ impl PlaneMap {
             let birth = share.plane;
             let new = || MapPlane::new((birth, self.names.id(birth)), placed.plane, shape);
             let into = self.planes.get_or_insert_with(birth, new);
-            into.moments.add(&placed.moments);
+            share.counted = into.sightings.looks.next_weight(look);
+            let own = |share: &Share| share.moments_at(&pose, &placed.plane).unwrap_or_default();
+            let mut moments = own(share);
+            if !into.moments.has_room_for(&moments) {
+                share.counted = f32::MIN_POSITIVE;
+                moments = own(share);
+            }
+            into.moments.add(&moments);
             into.patch.add(&placed.patch, |block| self.index.add(block, birth));
             insertion.associations.push(birth);
         }

@@ -78,14 +78,14 @@ impl Sightings {
 
     pub(super) fn add(&mut self, id: FrameId, key_frame: &KeyFrame) {
         let timestamp = key_frame.timestamp;
-        self.looks.count(key_frame.look, true);
+        self.looks.count(key_frame.look, Some(timestamp));
         self.count += 1;
         self.first = self.first.min(id);
         self.times = [self.times[0].min(timestamp), self.times[1].max(timestamp)];
     }
 
     pub(super) fn miss(&mut self, look: FrameId) {
-        self.looks.count(look, false);
+        self.looks.count(look, None);
         self.missed += 1;
     }
 
@@ -164,6 +164,12 @@ impl MapPlane {
         self.sightings.count
     }
 
+    /// Number of its sightings from different places or times, which [`Self::observations`] from one place at
+    /// one time are not.
+    pub(crate) fn views(&self) -> u64 {
+        self.sightings.looks.views()
+    }
+
     /// Time of the first key frame that saw it, seconds.
     pub fn first_seen(&self) -> f64 {
         self.sightings.times[0]
@@ -175,7 +181,7 @@ impl MapPlane {
     }
 
     /// Sum of the weights of its inliers; a reading with the sensor's least noise (a Kinect's at 0.4 m) has
-    /// weight 1.
+    /// weight 1, and those of the 21st and later key frames from one place have less and less.
     pub fn weight(&self) -> f64 {
         self.moments.weight()
     }

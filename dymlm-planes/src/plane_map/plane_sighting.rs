@@ -13,7 +13,7 @@ pub struct PlaneSighting {
     /// The plane.
     pub plane: PlaneId,
     /// Sum of the inliers' weights; a reading with the sensor's least noise (a Kinect's at 0.4 m) has weight
-    /// 1.
+    /// 1. Of a long rest at one place less and less of it counts in the plane.
     pub weight: f64,
     /// Weighted mean of the inliers, metres.
     pub centroid: [f64; 3],

@@ -19,8 +19,9 @@ struct Contact {
     points: [[f64; 3]; 2],
 }
 
-/// The pairs of labels that an image shows as two parallel surfaces with a step between them: as a cupboard's
-/// front and that of the oven in it, 4 cm behind. In the map, planes so near would pass for one.
+/// The pairs of labels that an image shows as two parallel surfaces with a step between them, and its height
+/// in micrometres: as a cupboard's front and that of the oven in it, 4 cm behind. In the map, planes so near
+/// would pass for one.
 ///
 /// Errors of the pose move both, and errors of the camera's calibration hardly differ where the two are
 /// nearest; there the step must be larger than the tolerance of a single reading. (Elsewhere a small angle
@@ -32,16 +33,17 @@ pub(super) fn steps(
     planes: &BTreeMap<u16, Plane>,
     criterion: &Criterion,
     sensor: &SensorModel,
-) -> Vec<LabelPair> {
-    let is_step = |([a, b], contact): &(LabelPair, Contact)| {
-        let (Some(plane_a), Some(plane_b)) = (planes.get(a), planes.get(b)) else { return false };
+) -> Vec<(LabelPair, u32)> {
+    let step = |([a, b], contact): (LabelPair, Contact)| {
+        let (plane_a, plane_b) = (planes.get(&a)?, planes.get(&b)?);
         let [on_a, on_b] = contact.points;
         let step = plane_a.signed_distance(on_b).abs().min(plane_b.signed_distance(on_a).abs());
         let depth = on_a[2].max(on_b[2]);
-        step > sensor.tolerance(depth as f32, 0.0)
-            && criterion.could_pass_for_one([plane_a, plane_b], contact.distance, step)
+        let is_step = step > sensor.tolerance(depth as f32, 0.0)
+            && criterion.could_pass_for_one([plane_a, plane_b], contact.distance, step);
+        is_step.then_some(([a, b], (1e6 * step) as u32))
     };
-    contacts(labels, lattice, planes).into_iter().filter(is_step).map(|(pair, _)| pair).collect()
+    contacts(labels, lattice, planes).into_iter().filter_map(step).collect()
 }
 
 /// For each pair of labels that are next to each other, with nothing or only places without label between
@@ -91,7 +93,9 @@ mod tests {
         let criterion = Criterion::new(&config.association, config.voxel_size);
         let plane = |depth: f64, tilt: f64| Plane::new([tilt.sin(), 0.0, -tilt.cos()], depth).unwrap();
         let planes = BTreeMap::from([(3, plane(depths[0], 0.0)), (5, plane(depths[1], tilt))]);
-        steps(&[5, 5, 5, 0, 3, 3, 3], lattice, &planes, &criterion, &SensorModel::kinect())
+        let steps = steps(&[5, 5, 5, 0, 3, 3, 3], lattice, &planes, &criterion, &SensorModel::kinect());
+        assert!(steps.iter().all(|(_, height)| height.abs_diff(40_000) <= 1));
+        steps.into_iter().map(|(pair, _)| pair).collect()
     }
 
     #[test]

@@ -62,9 +62,10 @@ impl PlaneMap {
     ///
     /// // A camera that looks down on a floor; its z axis is the world's.
     /// let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5)?;
-    /// let floor = Frame::new(0.0, camera, DepthImage::new(160, 120, vec![1.5; 160 * 120])?, None)?;
+    /// let depth = DepthImage::new(160, 120, vec![1.5; 160 * 120])?;
     /// let mut mapper = PlaneMapper::new(PlaneConfig::default(), SensorModel::kinect())?;
-    /// for _ in 0..3 {
+    /// for time in [0.0, 1.0] {
+    ///     let floor = Frame::new(time, camera, depth.clone(), None)?;
     ///     mapper.insert(&floor, None, &[], &Pose::identity())?;
     /// }
     ///

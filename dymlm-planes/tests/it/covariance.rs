@@ -88,9 +88,8 @@ fn fits_of_noisy_frames_vary_as_their_covariance_says() {
     for (name, measure) in measures {
         let ratio = found(measure, measure) / said(measure, measure);
         println!("{name}: {:.3e} stated, {ratio:.2} of it found", said(measure, measure).sqrt());
-        // Measured: 1.04 to 1.63. What is noisier than the inliers' limit is left out, so that the others seem
-        // a little less noisy than they are.
-        assert!((0.8..1.9).contains(&ratio), "{name}: {ratio}");
+        // Measured: 0.86 to 1.37. Which blocks at the rim belong to the plane depends on their noise.
+        assert!((0.75..1.5).contains(&ratio), "{name}: {ratio}");
         for (other, b) in measures {
             let correlation = |covariance: &dyn Fn([f64; 4], [f64; 4]) -> f64| {
                 covariance(measure, b) / (covariance(measure, measure) * covariance(b, b)).sqrt()

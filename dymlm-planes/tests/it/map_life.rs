@@ -24,6 +24,12 @@ fn insert(map: &mut PlaneMap, (planes, frame, pose): &Detected) -> PlaneReport {
     map.insert(planes, frame, pose).unwrap()
 }
 
+/// The same at another time, seconds.
+fn at(time: u32, (planes, frame, pose): &Detected) -> Detected {
+    let frame = Frame::new(time.into(), *frame.camera(), frame.depth().clone(), None).unwrap();
+    (planes.clone(), frame, *pose)
+}
+
 fn map_of(frames: &[Detected]) -> PlaneMap {
     let mut map = empty_map();
     for frame in frames {
@@ -47,8 +53,8 @@ fn what_most_key_frames_look_past_is_not_confirmed() {
     let frames = detections();
     let (_, frame, pose) = &frames[0];
     let mut map = empty_map();
-    for _ in 0..3 {
-        insert(&mut map, &frames[0]);
+    for time in 0..3 {
+        insert(&mut map, &at(time, &frames[0]));
     }
     let seen = map.len();
     assert!(seen >= 3, "{seen}");
@@ -69,14 +75,34 @@ fn what_most_key_frames_look_past_is_not_confirmed() {
         map.remove(key_frame).unwrap();
     }
     assert_eq!((ids(&map), confirmed(&map)), (all, believed));
-    for _ in 0..17 {
-        insert(&mut map, &frames[0]);
+    for time in 3..20 {
+        insert(&mut map, &at(time, &frames[0]));
     }
     for _ in 0..43 {
         look_past(&mut map);
     }
     // Seen twenty times it stays, however long the recording.
     assert_eq!(map.len(), seen);
+}
+
+/// Regression: three frames in a tenth of a second confirmed what a camera at rest read in them, though all
+/// three had one and the same error.
+#[test]
+fn what_a_camera_at_rest_sees_is_believed_after_a_second() {
+    let frames = detections();
+    let mut map = empty_map();
+    let (planes, frame, pose) = &frames[0];
+    for k in 0..60 {
+        let time = 100.0 + f64::from(k) / 30.0;
+        let frame = Frame::new(time, *frame.camera(), frame.depth().clone(), None).unwrap();
+        map.insert(planes, &frame, pose).unwrap();
+        assert_eq!(map.len() >= 3, time >= 101.0, "after {time} s");
+    }
+    // From elsewhere at once.
+    let aside = Pose::new([0.3, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let mut map = map_of(&frames[..1]);
+    map.insert(planes, frame, &(aside * *pose)).unwrap();
+    assert!(map.len() >= 3);
 }
 
 #[test]
@@ -86,8 +112,8 @@ fn key_frames_of_the_next_room_do_not_look_at_what_its_wall_hides() {
     let from = |y: f64| detect(&walls, crate::common::look_at([0.0, y, 1.0], [0.0, y + 1.0, 1.0]), 1);
     let (inside, next_room) = (from(1.6), from(0.0));
     let mut map = empty_map();
-    for _ in 0..15 {
-        insert(&mut map, &inside);
+    for time in 0..15 {
+        insert(&mut map, &at(time, &inside));
     }
     let far = all_planes(&map)[0].id();
     for _ in 0..120 {
@@ -120,6 +146,96 @@ fn a_camera_at_rest_doubts_no_plane_for_longer_than_it_looks_elsewhere() {
         map.insert(&[], frame, pose).unwrap();
     }
     assert_eq!(map.len(), confirmed);
+}
+
+/// Regression: each key frame counted in full where a plane lies. An hour at rest at a pose that was 3 cm off
+/// outweighed all that was seen on the way through the room.
+#[test]
+fn an_hour_at_a_pose_that_is_off_outweighs_no_way_through_the_room() {
+    let wall = World::of(&[crate::common::upright([0.0, 1.5, 1.0], 2.0, 1.0)]);
+    let from = |x: f64, seed: u64| {
+        let eye = [x, 0.0, 1.0];
+        detect(&wall, crate::common::look_at(eye, [x, 1.5, 1.0]), seed)
+    };
+    let mut map = empty_map();
+    let (planes, frame, pose) = from(0.0, 0);
+    let off = Pose::new([0.0, 0.03, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * pose;
+    for _ in 0..4000 {
+        map.insert(&planes, &frame, &off).unwrap();
+    }
+    let offset = |map: &PlaneMap| (all_planes(map)[0].centroid()[1] - 1.5).abs();
+    assert!(offset(&map) > 0.02, "{}", offset(&map));
+    for view in 0..200 {
+        insert(&mut map, &from(if view % 2 == 0 { -0.3 } else { 0.3 }, view));
+    }
+    assert_eq!(all_planes(&map).len(), 1);
+    assert!(offset(&map) < 0.006, "{}", offset(&map));
+}
+
+/// Whether or not a key frame was there for a while, the next ones of the look count as much.
+#[test]
+fn a_key_frame_of_a_long_rest_can_be_taken_out_without_a_trace() {
+    let frames = detections();
+    let mut map = empty_map();
+    for frame in [&frames[0]; 60].into_iter().chain(&frames[1..3]) {
+        insert(&mut map, frame);
+    }
+    let [mut other, before] = [map.clone(), map];
+    for frame in &frames[2..4] {
+        let report = insert(&mut other, frame);
+        other.remove(report.key_frame).unwrap();
+    }
+    assert!(snapshot(&other) == snapshot(&before));
+    let mut map = before;
+    for frame in &frames[2..] {
+        [&mut map, &mut other].into_iter().for_each(|map| drop(insert(map, frame)));
+    }
+    assert_eq!(without_ids(&other), without_ids(&map));
+    for key_frame in (0..60).rev().map(FrameId::new) {
+        map.remove(key_frame).unwrap();
+    }
+    assert!(all_planes(&map).iter().all(|plane| plane.observations() <= 6));
+}
+
+/// Regression: planes that were seen once, and looked through from then on, stayed for as long as the map.
+#[test]
+fn what_was_never_confirmed_and_is_looked_past_from_elsewhere_is_dropped() {
+    let wall = crate::common::upright([0.0, 2.0, 1.0], 2.0, 1.5);
+    let board = crate::common::upright([0.0, 1.4, 1.0], 0.25, 0.25);
+    let view = |x: f64| crate::common::look_at([x, 0.0, 1.0], [x / 2.0, 1.4, 1.0]);
+    let mut map = map_of(&[detect(&World::of(&[wall, board]), view(0.0), 0)]);
+    let seen = all_planes(&map).len();
+    assert_eq!(seen, 2);
+    // From the same place it may have been missed each time for the same reason.
+    for seed in 1..30 {
+        insert(&mut map, &detect(&World::of(&[wall]), view(0.0), seed));
+    }
+    assert_eq!(all_planes(&map).len(), 2);
+    let elsewhere: Vec<Detected> =
+        (0..12).map(|seed| detect(&World::of(&[wall]), view(0.3), 40 + seed)).collect();
+    let before = map.clone();
+    let reports: Vec<_> = elsewhere.iter().map(|frame| insert(&mut map, frame)).collect();
+    assert_eq!((map.len(), all_planes(&map).len()), (1, 1));
+    // Nothing is lost: a key frame that is taken out gives no reason.
+    let mut other = before.clone();
+    for frame in &elsewhere {
+        let earlier = snapshot(&other);
+        let report = insert(&mut other, frame);
+        other.remove(report.key_frame).unwrap();
+        assert!(snapshot(&other) == earlier);
+    }
+    for report in &reports {
+        map.remove(report.key_frame).unwrap();
+    }
+    assert!(snapshot(&map) == snapshot(&before));
+    let mut map = before;
+    // What is found to stand in free space is gone once its place has been left.
+    let whole = [[-9.0; 3], [9.0; 3]];
+    map.judge([whole], None, 0.5, |place| Some(place[1] < 1.7));
+    assert_eq!(all_planes(&map).len(), 2);
+    insert(&mut map, &detect(&World::of(&[]), crate::common::look_at([3.0, 0.0, 1.0], [6.0, 0.0, 1.0]), 60));
+    map.judge([whole], None, 0.5, |place| Some(place[1] < 1.7));
+    assert_eq!(all_planes(&map).len(), 1);
 }
 
 /// Regression: what looked for a plane while it was away counted against it once it was back. After a day in another
@@ -184,12 +300,12 @@ fn queries_mean_confirmed_planes() {
     for k in 0..2 {
         assert_eq!(map.cast_ray(eye, ahead, 10.0), None, "after {k} frames");
         assert_eq!(map.surfaces([0.0, 0.0, 1.0], &SurfaceConfig::default()).len(), 0);
-        insert(&mut map, &frames[0]);
+        insert(&mut map, &at(k, &frames[0]));
     }
     let hit = map.cast_ray(eye, ahead, 10.0).unwrap();
     // Objects are stood on it when one frame more has seen it.
     assert_eq!(map.supports_near(hit.point, 0.01).count(), 0);
-    insert(&mut map, &frames[0]);
+    insert(&mut map, &at(2, &frames[0]));
     let near: Vec<PlaneId> = map.supports_near(hit.point, 0.01).map(MapPlane::id).collect();
     assert_eq!(near, [hit.plane]);
     assert!(map.plane(hit.plane).unwrap().is_confirmed());
@@ -200,7 +316,7 @@ fn queries_mean_confirmed_planes() {
 
 #[test]
 fn a_ray_from_far_away_meets_what_is_there_and_one_from_nowhere_nothing() {
-    let map = map_of(&[0, 0].map(|k| detect(&room(), room_views()[k], 0)));
+    let map = map_of(&[0, 1].map(|seed| detect(&room(), room_views()[0], seed)));
     let (view, up) = (room_views()[0], [0.0, 0.0, 1.0]);
     let (eye, ahead) = (view.translation(), view.rotate([0.0, 0.0, 1.0]));
     let hit = map.cast_ray(eye, ahead, f64::INFINITY).unwrap();
@@ -227,7 +343,7 @@ fn a_ray_from_far_away_meets_what_is_there_and_one_from_nowhere_nothing() {
 
 #[test]
 fn no_inlier_is_near_nowhere_or_within_no_number() {
-    let map = map_of(&[0, 0].map(|k| detect(&room(), room_views()[k], 0)));
+    let map = map_of(&[0, 1].map(|seed| detect(&room(), room_views()[0], seed)));
     let plane = map.iter().next().unwrap();
     let (near, far) = (plane.centroid(), [1e3; 3]);
     for point in [near, far] {
@@ -250,7 +366,7 @@ fn a_key_frame_can_be_taken_out_without_a_trace() {
     let report = insert(&mut map, &frames[5]);
     assert_ne!(snapshot(&map), before);
     map.remove(report.key_frame).unwrap();
-    assert_eq!(snapshot(&map), before);
+    assert!(snapshot(&map) == before);
     for key_frame in [3, 0, 4, 2, 1] {
         map.remove(FrameId::new(key_frame)).unwrap();
     }

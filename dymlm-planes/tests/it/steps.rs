@@ -45,6 +45,25 @@ fn what_a_key_frame_shows_as_two_stays_two() {
     assert_eq!(far.len(), 1);
 }
 
+/// Regression: a step that one or two key frames showed parted two planes for ever, and those with which they
+/// merged.
+#[test]
+fn a_step_that_hardly_any_key_frame_shows_is_an_error() {
+    let flat = World::of(&[upright([0.0, 2.0, 0.75], 0.5, 0.75)]);
+    let mut mapper = crate::common::mapper();
+    let mut insert = |world: &World, aside: f64, seed: u64| {
+        let view = look_at([aside, 0.8, 1.2], [0.0, 2.0, 0.9]);
+        mapper.insert(&world.frame(camera(), &view, seed), None, &[], &view).unwrap();
+        mapper.map().iter().chain(mapper.map().candidates()).count()
+    };
+    for (aside, seed) in [(-0.15, 0), (0.15, 1)] {
+        assert_eq!(insert(&cupboard(), aside, seed), 2);
+    }
+    let planes: Vec<usize> =
+        (2..30).map(|seed| insert(&flat, if seed % 2 == 0 { -0.15 } else { 0.15 }, seed)).collect();
+    assert_eq!((planes[0], planes[10], planes[27]), (2, 2, 1), "{planes:?}");
+}
+
 #[test]
 fn a_key_frame_that_showed_a_step_is_removed_without_a_trace() {
     let mut map = map_of(&cupboard(), [1.2, 3.2].map(from));

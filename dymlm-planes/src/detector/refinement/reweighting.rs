@@ -34,6 +34,8 @@ pub(super) struct WeightedSums {
     /// Sum of kernel weights (without 1 / sigma^2) times squared distance over the sensor's squared noise,
     /// and sum of kernel weights.
     pub(super) squares: f64,
+    /// The same sum of squares, with the weights of the moments.
+    pub(super) weighted_squares: f64,
     pub(super) kernel_weight: f64,
 }
 

@@ -47,8 +47,10 @@ impl<K: Fn(f32x4) -> f32x4> Weighing<K> {
         let precision = f32x4::splat(self.noise.floor) * per_noise;
         sums.readings += f32x4::ONE & kernel.simd_gt(f32x4::ZERO);
         sums.kernel_weight += kernel;
-        sums.squares += kernel * distance * distance;
-        kernel * precision * precision
+        let (square, weight) = (distance * distance, kernel * precision * precision);
+        sums.squares += kernel * square;
+        sums.weighted_squares += weight * square;
+        weight
     }
 }
 
@@ -58,6 +60,7 @@ pub(super) struct StretchSums {
     readings: f32x4,
     kernel_weight: f32x4,
     squares: f32x4,
+    weighted_squares: f32x4,
     w: f64x2,
     wz: f64x2,
     waz: f64x2,
@@ -92,10 +95,12 @@ impl StretchSums {
                 even + odd
             });
         sums.moments.add(&Moments::of_row(b, RowSums { weight, z, az, zz, azz, aazz }));
-        let [readings, kernel_weight, squares] = [self.readings, self.kernel_weight, self.squares]
-            .map(|lanes| lanes.to_array().iter().sum::<f32>());
+        let [readings, kernel_weight, squares, weighted_squares] =
+            [self.readings, self.kernel_weight, self.squares, self.weighted_squares]
+                .map(|lanes| lanes.to_array().iter().sum::<f32>());
         sums.readings += readings as usize;
         sums.kernel_weight += f64::from(kernel_weight);
         sums.squares += f64::from(squares);
+        sums.weighted_squares += f64::from(weighted_squares);
     }
 }

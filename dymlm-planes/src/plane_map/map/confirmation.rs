@@ -56,7 +56,9 @@ impl PlaneMap {
             }
             plane.is_gone = plane.is_free(gone_share);
         }
-        self.confirm(blocks.into_iter().map(|(birth, _)| birth));
+        let judged: Vec<Birth> = blocks.chunk_by(|a, b| a.0 == b.0).map(|blocks| blocks[0].0).collect();
+        self.confirm(judged.iter().copied());
+        self.drop_refuted(judged);
     }
 
     /// The planes at which a key frame looks without having seen them, but for those that are gone: that they are
@@ -103,10 +105,11 @@ impl PlaneMap {
     pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = Birth>) {
         for birth in planes {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
-            let Sightings { count, missed, looks, .. } = plane.sightings;
+            let Sightings { missed, looks, .. } = plane.sightings;
             let least = self.config.min_observations.saturating_add(u32::from(missed > 0));
-            plane.is_confirmed =
-                !plane.is_gone && count >= least && looks.share() >= self.config.min_observation_share;
+            plane.is_confirmed = !plane.is_gone
+                && looks.views() >= u64::from(least)
+                && looks.share() >= self.config.min_observation_share;
         }
     }
 

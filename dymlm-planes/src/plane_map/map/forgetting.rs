@@ -24,7 +24,8 @@ impl PlaneMap {
         touched.sort_unstable();
         touched.dedup();
         self.recount(&touched);
-        let is_known = |plane: &Birth| self.planes.contains_key(&self.merged.current(*plane));
+        let is_there = |plane: Birth| self.planes.contains_key(&plane) || self.dropped.contains_key(&plane);
+        let is_known = |plane: &Birth| is_there(self.merged.current(*plane));
         self.key_frames.renew(|before| {
             let mut key_frame = before.clone();
             key_frame.missed.retain(is_known);
@@ -35,10 +36,9 @@ impl PlaneMap {
         });
         let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
         self.key_frames.retain(|key_frame| !is_empty(key_frame));
-        self.merged.retain(|plane| self.planes.contains_key(&plane));
-        self.merged_ids
-            .retain(|id| self.names.birth(id).is_some_and(|plane| self.planes.contains_key(&plane)));
-        self.names.retain(|plane| self.planes.contains_key(&plane) || self.merged.has_merged(plane));
+        self.merged.retain(is_there);
+        self.merged_ids.retain(|id| self.names.birth(id).is_some_and(is_there));
+        self.names.retain(|plane| is_there(plane) || self.merged.has_merged(plane));
         self.collect_gaps();
     }
 }

@@ -10,6 +10,7 @@ use super::super::looks::Looks;
 use super::super::map_plane::MapPlane;
 use super::PlaneMap;
 use crate::association::Agreement;
+use crate::detector::RayLattice;
 use crate::patches::VoxelBox;
 
 /// Two planes of the map that prove to be one.
@@ -29,17 +30,33 @@ enum Tie {
     OccludedGap,
 }
 
+/// What a key frame shows between planes.
+pub(super) struct Seen<'a> {
+    /// For each site of the lattice 1 + the index of the detected plane that it shows, or 0.
+    pub(super) labels: &'a [u16],
+    pub(super) lattice: RayLattice,
+    /// The steps between planes, with their heights in micrometres.
+    pub(super) steps: &'a [(PlanePair, u32)],
+    pub(super) view: &'a DepthView<'a>,
+}
+
+impl Seen<'_> {
+    /// The index of the detected plane that is read where a point (camera's frame) is, or would be.
+    fn plane_at(&self, [x, y, z]: [f64; 3]) -> Option<usize> {
+        let site = self.lattice.site([x / z, y / z]).filter(|_| z > 0.0)?;
+        usize::from(*self.labels.get(site)?).checked_sub(1)
+    }
+}
+
 /// Merging of planes of the map that prove to be one.
 impl PlaneMap {
     /// Checks the gaps between planes that this key frame has touched and planes of the map that are coplanar
-    /// with them, near the region that the key frame has seen. `steps` are the pairs between which it shows a
-    /// step.
+    /// with them, near the region that the key frame has seen.
     pub(super) fn look_between(
         &self,
         insertion: &Insertion,
-        steps: &[PlanePair],
+        seen: &Seen<'_>,
         region: &VoxelBox,
-        view: &DepthView<'_>,
         camera_from_world: &Pose,
     ) -> GapLooks {
         let (region, near) = self.near_seen(region);
@@ -50,14 +67,36 @@ impl PlaneMap {
         pairs.sort_unstable();
         pairs.dedup();
         let look = |pair: PlanePair| {
-            if steps.contains(&pair) {
-                return Some((pair, GapLook::Step));
+            if let Some((_, height)) = seen.steps.iter().find(|(parted, _)| *parted == pair) {
+                return Some((pair, GapLook::Step(*height)));
             }
             let [a, b] = pair.map(|birth| self.planes.get(&birth));
-            let gap_look = self.gap_between(a?, b?, &region)?.look(view, camera_from_world)?;
+            let (a, b) = (a?, b?);
+            if self.reads_as_one([a, b], insertion, seen, camera_from_world) {
+                return Some((pair, GapLook::Joined));
+            }
+            let gap_look = self.gap_between(a, b, &region)?.look(seen.view, camera_from_world)?;
             Some((pair, gap_look))
         };
         pairs.into_iter().filter_map(look).collect()
+    }
+
+    /// Whether a key frame reads one of two planes, between which others have shown a step, where the other
+    /// is, from so near that it would have shown that step.
+    fn reads_as_one(
+        &self,
+        [a, b]: [&MapPlane; 2],
+        insertion: &Insertion,
+        seen: &Seen<'_>,
+        camera_from_world: &Pose,
+    ) -> bool {
+        let Some(height) = self.gaps.step_height(pair_of(a.birth, b.birth)) else { return false };
+        let reads = |plane: &MapPlane, where_is: &MapPlane| {
+            let place = camera_from_world.transform_point(where_is.centroid);
+            let read = seen.plane_at(place).and_then(|detected| insertion.associations.get(detected));
+            read == Some(&plane.birth) && self.sensor.tolerance(place[2] as f32, 0.0) < height
+        };
+        !a.is_gone && !b.is_gone && (reads(a, b) || reads(b, a))
     }
 
     /// The region that a key frame has seen, extended by the largest gap over which planes merge, and the
@@ -130,7 +169,7 @@ impl PlaneMap {
     /// Whether two planes of the map are one. The plane with fewer observations would be merged into the
     /// other.
     fn test_merge(&self, a: &MapPlane, b: &MapPlane, region: &VoxelBox) -> Option<FoundMerge> {
-        if self.gaps.is_step(pair_of(a.birth, b.birth)) {
+        if self.gaps.is_step(pair_of(a.birth, b.birth)) || !a.moments.has_room_for(&b.moments) {
             return None;
         }
         let (into, from) = in_order(a, b);
@@ -191,7 +230,7 @@ impl PlaneMap {
     pub(super) fn collect_gaps(&mut self) {
         let mut gaps = GapRecord::default();
         for key_frame in self.key_frames.values() {
-            gaps.add(&resolve_looks(&key_frame.gap_looks, |birth| self.resolve(birth)));
+            gaps.add(&self.looks_of(&key_frame, |birth| self.resolve(birth)));
         }
         self.gaps = gaps;
     }
@@ -215,7 +254,7 @@ impl PlaneMap {
                 [(&mut of_older, older), (&mut of_both, [a[0] || b[0], a[1] || b[1]])]
             {
                 if looked {
-                    looks.count(key_frame.look, saw);
+                    looks.count(key_frame.look, saw.then_some(key_frame.timestamp));
                 }
             }
         }
@@ -226,8 +265,8 @@ impl PlaneMap {
         };
         let first = self.first_saw(from);
         for key_frame in self.key_frames.range(first..).map(|(_, key_frame)| key_frame).filter(of_from) {
-            gaps.subtract(&resolve_looks(&key_frame.gap_looks, resolve_now));
-            gaps.add(&resolve_looks(&key_frame.gap_looks, resolve_then));
+            gaps.subtract(&self.looks_of(&key_frame, resolve_now));
+            gaps.add(&self.looks_of(&key_frame, resolve_then));
         }
         self.gaps = gaps;
         self.merged.insert(from, into);

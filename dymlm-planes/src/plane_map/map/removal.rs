@@ -21,6 +21,7 @@ impl PlaneMap {
         let mut undone: Vec<Union> = gone.merges.iter().map(|merge| merge.merge).collect();
         undone.extend(self.take_unwitnessed(key_frame));
         let mut touched: Vec<Birth> = gone.missed.iter().map(|&birth| self.resolve(birth)).collect();
+        touched.extend(self.take_back(key_frame, &gone));
         if undone.is_empty() {
             touched.extend(gone.shares.iter().map(|share| self.resolve(share.plane)));
             self.subtract(&gone, &gone.shares);
@@ -51,6 +52,9 @@ impl PlaneMap {
     pub(super) fn recount(&mut self, births: &[Birth]) {
         for &birth in births {
             let sightings = self.sightings(birth);
+            if sightings.count == 0 && self.dropped.remove(&birth).is_some() {
+                self.names.forget(birth);
+            }
             if let Some(plane) = self.planes.get_mut(&birth) {
                 plane.sightings = sightings;
                 if sightings.count == 0 {
@@ -62,7 +66,7 @@ impl PlaneMap {
         self.confirm(births.iter().copied());
     }
 
-    fn take_plane(&mut self, birth: Birth) -> Option<MapPlane> {
+    pub(super) fn take_plane(&mut self, birth: Birth) -> Option<MapPlane> {
         let gone = self.planes.remove(&birth)?;
         gone.patch.blocks().for_each(|block| self.index.take(block, birth));
         Some(gone)
@@ -114,7 +118,10 @@ impl PlaneMap {
         let mut planes: BTreeMap<Birth, MapPlane> = BTreeMap::new();
         let mut lists = VoxelLists::default();
         for key_frame in self.key_frames.values() {
-            let is_wanted = |share: &&Share| births.contains(&self.resolve(share.plane));
+            let is_wanted = |share: &&Share| {
+                let birth = self.resolve(share.plane);
+                births.contains(&birth) && !self.dropped.contains_key(&birth)
+            };
             let mut shares = key_frame.shares.iter().filter(is_wanted).peekable();
             let places = shares.peek().map(|_| key_frame.places());
             for (share, places) in shares.zip(places.iter().cycle()) {

@@ -23,7 +23,8 @@ impl PlaneMap {
         merged: &BTreeMap<PlaneId, PlaneId>,
     ) {
         let planes: Vec<_> = self.planes.keys().copied().collect();
-        self.names.succeed(planes.iter().copied().chain(self.merged.merged()), ids);
+        let may_come_back = self.dropped.keys().copied();
+        self.names.succeed(planes.iter().copied().chain(self.merged.merged()).chain(may_come_back), ids);
         for plane in &planes {
             let id = self.names.id(*plane);
             if self.planes.get(plane).is_some_and(|plane| plane.id != id)

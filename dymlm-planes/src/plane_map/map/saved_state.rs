@@ -7,7 +7,7 @@ use dymlm_core::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
+use super::{Dropped, GapRecord, KeyFrame, MapPlane, PlaneMap, PlaneMapConfig};
 use crate::error::Error;
 use crate::patches::{BlockKey, SavedBlock, VoxelBox};
 use crate::plane_map::fixed_moments::{FixedMoments, REACH};
@@ -31,6 +31,7 @@ struct Head {
     key_frames: Vec<(u64, u64)>,
     look: Option<Look>,
     merged: MergedIds<Birth>,
+    dropped: Dropped,
     gaps: GapRecord,
     names: Names<PlaneId>,
     merged_ids: MergedIds<PlaneId>,
@@ -130,6 +131,7 @@ impl PlaneMap {
             key_frames,
             look: self.look,
             merged: self.merged.clone(),
+            dropped: self.dropped.clone(),
             gaps: self.gaps.clone(),
             names: self.names.clone(),
             merged_ids: self.merged_ids.clone(),
@@ -197,7 +199,7 @@ impl PlaneMap {
             }
         }
         self.index.restore_bounds(head.bounds);
-        (self.merged, self.gaps) = (head.merged, head.gaps);
+        (self.merged, self.dropped, self.gaps) = (head.merged, head.dropped, head.gaps);
         (self.names, self.merged_ids) = (head.names, head.merged_ids);
         (self.next_key_frame, self.look) = (head.next_key_frame, head.look);
         Ok(self)
@@ -234,6 +236,8 @@ impl Head {
             && self.planes.is_sorted_by(|a, b| a < b)
             && self.planes.iter().all(|&plane| self.names.birth(self.names.id(plane)) == Some(plane))
             && self.planes.last().is_none_or(|last| last.get() < self.names.births())
+            && self.dropped.keys().all(|plane| self.planes.binary_search(plane).is_err())
+            && self.dropped.keys().all(|plane| plane.get() < self.names.births())
             // Numbers in keys have two bits less.
             && self.names.births().max(self.names.given()).max(self.next_key_frame) < 1 << 61
     }
@@ -276,7 +280,48 @@ impl SavedPlane {
 
 #[cfg(test)]
 mod tests {
+    use dymlm_core::{DepthImage, Frame, PinholeCamera};
+    use dymlm_test_support::{look_at, saved_parts};
+
     use super::*;
+    use crate::{PlaneConfig, PlaneDetector};
+
+    /// Regression: sums above a limit were saved, but the map could not be loaded: after 11 hours before a
+    /// wall, and where a plane is seen from everywhere after months.
+    #[test]
+    fn a_plane_whose_sums_are_full_can_be_saved_and_taken_apart() {
+        let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
+        let depth = DepthImage::new(160, 120, vec![1.5; 160 * 120]).unwrap();
+        let frame = Frame::new(0.0, camera, depth, None).unwrap();
+        let (config, sensor) = (PlaneConfig::default(), SensorModel::kinect());
+        let mut detector = PlaneDetector::new(&config.detector, &sensor).unwrap();
+        let planes = detector.detect(&frame, None, &[]).unwrap().to_vec();
+        let mut map = PlaneMap::new(config.map.clone(), sensor).unwrap();
+        let pose = |x: f64| look_at([x, 0.0, 1.0], [x, 1.5, 1.0]);
+        map.insert(&planes, &frame, &pose(0.0)).unwrap();
+        let plane = map.planes.get_mut(&Birth::new(0)).unwrap();
+        while plane.moments.has_room_for(&plane.moments) {
+            plane.moments.add(&plane.moments.clone());
+        }
+        let load = |map: &PlaneMap| {
+            let parts = saved_parts(|sink| map.save_state(None, sink));
+            PlaneMap::load_state(config.map.clone(), sensor, parts)
+        };
+        let before = map.planes.get(&Birth::new(0)).unwrap().clone();
+        let mut key_frames = Vec::new();
+        for view in 0..400 {
+            let x = if view % 2 == 0 { -0.3 } else { 0.3 };
+            key_frames.push(map.insert(&planes, &frame, &pose(x)).unwrap().key_frame);
+        }
+        let full = &load(&map).unwrap().planes;
+        assert_eq!(full.keys().count(), 1);
+        assert!((full.get(&Birth::new(0)).unwrap().centroid[1] - 1.5).abs() < 1e-3);
+        for key_frame in key_frames {
+            map.remove(key_frame).unwrap();
+        }
+        assert!(map.planes.get(&Birth::new(0)) == Some(&before));
+        load(&map).unwrap();
+    }
 
     /// A plane's cells once were counted from its centroid, which overflowed here. (Found by `saved_planes`.)
     #[test]

@@ -1,0 +1,62 @@
+use std::collections::BTreeMap;
+
+use dymlm_core::{Birth, FrameId};
+
+use super::super::gap_record::{GapLooks, resolve_looks};
+use super::super::key_frame::KeyFrame;
+use super::super::map_plane::MapPlane;
+use super::PlaneMap;
+
+/// Planes that were dropped, each with the key frame that gave the reason. What the key frames saw of them
+/// stays, so that they come back with the removal of that one, or of another that had looked there in vain.
+pub(super) type Dropped = BTreeMap<Birth, FrameId>;
+
+/// Dropping of planes that were never confirmed: of noise, of ghosts and of what passed by. They are a few in
+/// each minute, and without that all of them would stay for as long as the map.
+impl PlaneMap {
+    /// Drops those of some planes, not seen by the last key frame, that have been refuted.
+    pub(super) fn drop_refuted(&mut self, planes: impl IntoIterator<Item = Birth>) {
+        for birth in planes {
+            if self.planes.get(&birth).is_some_and(|plane| self.is_refuted(plane)) {
+                self.take_plane(birth);
+                self.gaps.forget(birth);
+                self.dropped.insert(birth, FrameId::new(self.next_key_frame.saturating_sub(1)));
+            }
+        }
+    }
+
+    /// Whether a plane has too few views to be confirmed, and has been looked at in vain from as many places
+    /// as it was seen from, and so often that even more views would not confirm it; or stands in free space,
+    /// and the camera that saw it there has left.
+    fn is_refuted(&self, plane: &MapPlane) -> bool {
+        let looks = plane.sightings.looks;
+        let is_past = self.look.is_none_or(|look| !looks.has(look.first));
+        looks.views() < self.config.min_observations.into()
+            && if plane.is_gone {
+                is_past
+            } else {
+                looks.is_mostly_vain() && looks.share() < self.config.min_observation_share
+            }
+    }
+
+    /// Brings back the planes that were dropped because of a key frame, which is gone.
+    pub(super) fn take_back(&mut self, key_frame: FrameId, gone: &KeyFrame) -> Vec<Birth> {
+        let missed: Vec<Birth> = gone.missed.iter().map(|&birth| self.resolve(birth)).collect();
+        let is_back = |birth: &Birth, by: &FrameId| *by == key_frame || missed.contains(birth);
+        let back: Vec<Birth> =
+            self.dropped.iter().filter(|(a, by)| is_back(a, by)).map(|(&a, _)| a).collect();
+        self.dropped.retain(|birth, by| !is_back(birth, by));
+        if !back.is_empty() {
+            self.rebuild(&back);
+        }
+        back
+    }
+
+    /// A key frame's looks between the planes that are there, each replaced by the one that it has become
+    /// (`resolve`).
+    pub(super) fn looks_of(&self, key_frame: &KeyFrame, resolve: impl Fn(Birth) -> Birth) -> GapLooks {
+        let mut looks = resolve_looks(&key_frame.gap_looks, resolve);
+        looks.retain(|(pair, _)| !pair.iter().any(|birth| self.dropped.contains_key(birth)));
+        looks
+    }
+}
