@@ -17,7 +17,7 @@ create_exception!(
     "A call was refused, such as one with a bad frame, config or folder; the text says why. Nothing has changed."
 );
 create_exception!(dymlm, ConfigError, Error, "A setting has no such name, or is outside its range.");
-create_exception!(dymlm, TimeReversed, Error, "A frame is not newer than the one before it.");
+create_exception!(dymlm, TimeReversed, Error, "A frame is older than the one before it.");
 create_exception!(dymlm, OutOfReach, Error, "A camera or its readings lie too far out to be mapped.");
 create_exception!(
     dymlm,

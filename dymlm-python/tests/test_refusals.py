@@ -128,8 +128,7 @@ def test_places_in_sequences(frames):
 
 def test_what_programs_tell_apart_has_a_class_of_its_own(frames, tmp_path):
     frame = frames[0]
-    builder = dymlm.MapBuilder(frame.camera)
-    builder.insert_frame(frame)
+    builder = inserted(frames[:2])
     far = dymlm.Frame(frame.camera, 7.0, frame.depth, world_from_camera=[1e9, 0, 0, 0, 0, 0, 1])
     map = builder.map()
     saver = dymlm.MapSaver(tmp_path / "map")

@@ -78,7 +78,7 @@ class ConfigError(Error):
     """A setting has no such name, or is outside its range."""
 
 class TimeReversed(Error):
-    """A frame is not newer than the one before it."""
+    """A frame is older than the one before it."""
 
 class OutOfReach(Error):
     """A camera or its readings lie too far out to be mapped."""
