@@ -372,12 +372,12 @@ M = {
     },
     "ReferenceCloud": {
         "__init__": "voxel_size: float = 0.02",
-        "add_frame": "frame: Frame, min_depth: float = 0.5, max_depth: float = 4.0 -> None",
+        "add_frame": "frame: Frame, min_depth: float, max_depth: float -> None",
         "score": f"positions: {A} -> tuple[float, float]",
         "__len__": "-> int",
     },
     "DynamicMapScorer": {
-        "__init__": "min_depth: float = 0.5, max_depth: float = 4.0",
+        "__init__": "min_depth: float, max_depth: float",
         "add_frame": f"frame: Frame, movers: {B} | None = None -> None",
         "score": f"positions: {A} -> DynamicMapScore",
     },
@@ -397,7 +397,13 @@ M = {
         "mean_boundary_iou": O,
         "angle_degrees": Q,
         "offset": Q,
+        "visible_area": "float",
         "matches": "list[tuple[int, int]]",
+        "unmatched": "list[int]",
+        "missed": "list[int]",
+        "duplicates": "list[tuple[int, int]]",
+        "wrongly_merged": "list[tuple[int, list[int]]]",
+        "sign_errors": "list[int]",
     },
     "ObjectScore": {
         "recall": O,
@@ -468,12 +474,30 @@ _PoseLike: TypeAlias = Pose | ArrayLike
 # The output of a detector for a frame: a list, empty when it found nothing; None when it did not run.
 _Detections: TypeAlias = Iterable[Detection] | Literal["pending"] | None
 
-class Error(ValueError):
-    """A call was refused, such as one with a bad frame, config or folder; the text says why. Nothing has changed."""
 '''
+# Exceptions, each with what it derives from.
+X = {
+    "Error": "ValueError",
+    "ConfigError": "Error",
+    "TimeReversed": "Error",
+    "OutOfReach": "Error",
+    "NotPending": "Error",
+    "UnknownFrame": "Error",
+    "UnknownObject": "Error",
+    "NoHistory": "Error",
+    "NoFloor": "Error",
+    "MergeRefused": "Error",
+    "FileError": "Error",
+    "Locked": "FileError",
+    "RefinementStopped": "Error",
+}
+head = head.rstrip("\n") + "\n"
+for name, base in X.items():
+    fields = "\n    done: RefineReport\n" if name == "RefinementStopped" else ""
+    head += f"\nclass {name}({base}):\n{doc(getattr(dymlm, name).__doc__, '    ')}{fields}"
 names = lambda mod, extra: "[\n" + "".join(f'    "{n}",\n' for n in sorted(extra)) + "]"
 open(sys.argv[1] + "/__init__.pyi", "w").write(
-    make(dymlm, T, TF, head % names(dymlm, list(T) + list(TF) + ["Error", "metrics"]))
+    make(dymlm, T, TF, head % names(dymlm, list(T) + list(TF) + list(X) + ["metrics"]))
 )
 mhead = """from collections.abc import Iterable
 from typing import final

@@ -373,9 +373,11 @@ impl CloudMap {
     ) -> Result<FixedPointFrame, Error> {
         let voxel_size = self.config.voxel_size;
         let limit = BlockKey::LIMIT.min(i32::MAX / SUBVOXELS) * SUBVOXELS;
-        FixedPointFrame::new(longest_ray, world_from_sensor, voxel_size, self.weighting, limit).ok_or_else(
+        let farthest = longest_ray * f64::from(self.weighting.sensor().max_depth);
+        FixedPointFrame::new(farthest, world_from_sensor, voxel_size, self.weighting, limit).ok_or_else(
             || Error::OutOfReach {
                 translation: world_from_sensor.translation(),
+                farthest,
                 voxel_size,
                 reach: f64::from(limit / SUBVOXELS) * voxel_size,
             },

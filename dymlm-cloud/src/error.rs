@@ -14,13 +14,18 @@ pub enum Error {
     /// A mask of another size than the frame.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),
-    /// A camera so far from the world's origin that its readings leave the lattice.
+    /// A camera so far from the world's origin, or with readings so far away, that these leave the lattice.
     #[error(
-        "a camera at {translation:?} m: with voxels of {voxel_size} m the map reaches {reach} m from the origin"
+        "a camera at {translation:?} m whose readings lie up to {farthest} m away: with voxels of {voxel_size} m the map \
+        reaches {reach} m from the origin (sensor.max_depth and a narrower view limit how far readings lie, \
+        cloud.voxel_size how far the map reaches)"
     )]
     OutOfReach {
         /// The camera's place in the world, metres.
         translation: [f64; 3],
+        /// Greatest distance of a reading from the camera, metres: the sensor's greatest depth at the corner of
+        /// the image.
+        farthest: f64,
         /// Side of a voxel, metres.
         voxel_size: f64,
         /// Half side of the mappable cube, metres.

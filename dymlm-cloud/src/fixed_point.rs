@@ -2,7 +2,7 @@ use dymlm_core::{Mask, PinholeCamera, Point, Pose, Rgb};
 
 use crate::block_store::split;
 use crate::frame_readings::Reading;
-use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
+use crate::rounding::{ROUNDING_LIMIT, round_far, round_to_i32};
 use crate::voxel::{SUBVOXEL_BITS, SUBVOXELS};
 use crate::weighting::Weighting;
 
@@ -60,15 +60,16 @@ pub(crate) struct FixedPointFrame {
     columns: [[f32; 3]; 3],
     /// The camera's place, 1/256 voxel.
     origin: [i32; 3],
+    /// Whether all readings lie within [`ROUNDING_LIMIT`] of the camera.
+    is_near: bool,
     weighting: Weighting,
 }
 
 impl FixedPointFrame {
-    /// `longest_ray`: greatest length of the frame's rays at depth 1; 1 for a scan. `None` when a mapped
-    /// reading could lie `limit` units or more from the world's origin, or [`ROUNDING_LIMIT`] from the
-    /// camera.
+    /// `farthest`: greatest distance of a mapped reading from the camera, metres. `None` when such a reading
+    /// could lie `limit` units or more from the world's origin.
     pub(crate) fn new(
-        longest_ray: f64,
+        farthest: f64,
         world_from_camera: &Pose,
         voxel_size: f64,
         weighting: Weighting,
@@ -80,10 +81,10 @@ impl FixedPointFrame {
             std::array::from_fn(|row| (rotation[row][column] * units_per_metre) as f32)
         });
         let origin = world_from_camera.translation().map(|t| (t * units_per_metre).round());
-        let reach = (longest_ray * f64::from(weighting.sensor().max_depth) * units_per_metre).ceil();
-        let inside = reach < f64::from(ROUNDING_LIMIT)
-            && origin.iter().all(|place| place.abs() + reach < f64::from(limit));
-        inside.then(|| Self { columns, origin: origin.map(|place| place as i32), weighting })
+        let reach = (farthest * units_per_metre).ceil();
+        let inside = origin.iter().all(|place| place.abs() + reach < f64::from(limit));
+        let is_near = reach < f64::from(ROUNDING_LIMIT);
+        inside.then(|| Self { columns, origin: origin.map(|place| place as i32), is_near, weighting })
     }
 
     /// Fills `row` with the pixels of row `v`, whose (v - cy) / fy is `ray_y`. `ray_x` holds (u - cx) / fx of
@@ -109,8 +110,15 @@ impl FixedPointFrame {
         for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {
             let base = down[axis] * ray_y + forward[axis];
             let (slope, origin) = (right[axis], self.origin[axis]);
-            for ((out, &ray_x), &z) in out.iter_mut().zip(ray_x).zip(depths) {
-                *out = origin.wrapping_add(round_to_i32((slope * ray_x + base) * z));
+            let readings = out.iter_mut().zip(ray_x).zip(depths);
+            if self.is_near {
+                for ((out, &ray_x), &z) in readings {
+                    *out = origin.wrapping_add(round_to_i32((slope * ray_x + base) * z));
+                }
+            } else {
+                for ((out, &ray_x), &z) in readings {
+                    *out = origin.wrapping_add(round_far((slope * ray_x + base) * z));
+                }
             }
         }
         for (out, &z) in row.weight.iter_mut().zip(depths) {
@@ -128,9 +136,12 @@ impl FixedPointFrame {
         for (axis, out) in [&mut row.x, &mut row.y, &mut row.z].into_iter().enumerate() {
             let origin = self.origin[axis];
             out.clear();
-            out.extend(points.iter().map(|[x, y, z]| {
-                origin.wrapping_add(round_to_i32(right[axis] * x + down[axis] * y + forward[axis] * z))
-            }));
+            let place = |[x, y, z]: &Point| right[axis] * x + down[axis] * y + forward[axis] * z;
+            if self.is_near {
+                out.extend(points.iter().map(|point| origin.wrapping_add(round_to_i32(place(point)))));
+            } else {
+                out.extend(points.iter().map(|point| origin.wrapping_add(round_far(place(point)))));
+            }
         }
         row.set_colors(None, points.len());
         row.weight.clear();

@@ -11,6 +11,12 @@ pub(crate) fn round_to_i32(number: f32) -> i32 {
     (number + shift).to_bits().wrapping_sub(shift.to_bits()) as i32
 }
 
+/// The same for numbers of any size, several times as slow; those beyond the integers become the nearest one.
+#[inline]
+pub(crate) fn round_far(number: f32) -> i32 {
+    number.round_ties_even() as i32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -52,7 +52,7 @@ pub struct Trajectory {
 }
 
 /// The content of a trajectory file.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct TrajectoryFile {
     pub(crate) trajectory: Trajectory,
     /// Line number of each pose.

@@ -15,7 +15,7 @@ use crate::camera::PyCamera;
 use crate::config::{PyConfig, table_of};
 use crate::correction::{PyCorrectionReport, PyLoopClosure, PyRefineReport};
 use crate::detection::{DetectionsArgument, detections_of, mask_to_array};
-use crate::error::{OrRaise, refused};
+use crate::error::{OrRaise, refused, stopped, unknown_frame};
 use crate::exclusive::Exclusive;
 use crate::frame::{GivenImages, ImageBuffers, PyFrame};
 use crate::map::{PyMap, memory_of};
@@ -256,8 +256,8 @@ impl PyMapBuilder {
         let fields = fields.map_or_else(|| Ok(Table::new()), table_of)?;
         let config: RefineConfig = fields.try_into().or_raise()?;
         let closures: Vec<_> = closures.unwrap_or_default().iter().map(|closure| closure.get().0).collect();
-        let report = self.with(py, |builder| builder.refine_poses_with(&config, &closures).or_raise())?;
-        Ok(PyRefineReport::of(report))
+        let refined = self.with(py, |builder| Ok(builder.refine_poses_with(&config, &closures)))?;
+        refined.map(PyRefineReport::of).map_err(|error| stopped(py, error))
     }
 
     /// The frames that were inserted: a list of (id, timestamp, Pose), with the poses at which they are
@@ -386,7 +386,7 @@ impl FramesByTime {
             Some([_, ..]) => {
                 Err(refused(format!("several frames were inserted at {time} s: name them by id")))
             }
-            _ => Err(refused(format!("no frame was inserted at {time} s"))),
+            _ => Err(unknown_frame(format!("no frame was inserted at {time} s"))),
         }
     }
 }

@@ -53,7 +53,10 @@ mod extension {
         dataset::{PyDataset, PyDatasetFrames},
         detection::PyDetection,
         distance_field::PyDistanceField,
-        error::Error,
+        error::{
+            ConfigError, Error, FileError, Locked, MergeRefused, NoFloor, NoHistory, NotPending, OutOfReach,
+            RefinementStopped, TimeReversed, UnknownFrame, UnknownObject,
+        },
         floor_grid::PyFloorGrid,
         frame::PyFrame,
         map::{PyFloorUnder, PyMap, load},

@@ -2,9 +2,9 @@
 
 use dymlm::core::{PointCloud, Pose};
 use dymlm_metrics::{
-    DynamicMapScore, DynamicMapScorer, EstimatedObject, EstimatedPlane, ReferenceCloud, Spread,
-    TrajectoryScore, score_cloud as cloud_score, score_objects as object_score, score_planes as plane_score,
-    score_walls as wall_score,
+    DynamicMapScore, DynamicMapScorer, EstimatedObject, EstimatedPlane, FaceState, Facing, ReferenceCloud,
+    Spread, TrajectoryScore, score_cloud as cloud_score, score_objects as object_score,
+    score_planes as plane_score, score_walls as wall_score,
 };
 use pyo3::prelude::*;
 
@@ -104,8 +104,8 @@ impl PyReferenceCloud {
         Ok(Self(Exclusive::new(ReferenceCloud::new(voxel_size).or_raise()?)))
     }
 
-    /// Adds every reading of a Frame within `min_depth` to `max_depth` metres, at its pose.
-    #[pyo3(signature = (frame, min_depth = 0.5, max_depth = 4.0))]
+    /// Adds every reading of a Frame within `min_depth` to `max_depth` metres, at its pose: those of the
+    /// sensor, `map.config.to_dict()["sensor"]`, where the map is to hold all that the sensor reads.
     fn add_frame(
         &self,
         py: Python<'_>,
@@ -135,7 +135,8 @@ impl PyReferenceCloud {
 }
 
 /// Scores which readings a cleaned map keeps (DynamicMap benchmark, Zhang 2023), among readings within
-/// `min_depth` to `max_depth` metres.
+/// `min_depth` to `max_depth` metres: those of the sensor, `map.config.to_dict()["sensor"]`. Readings that the
+/// map was never given count against it.
 #[pyclass(frozen, name = "DynamicMapScorer", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyDynamicMapScorer(Exclusive<DynamicMapScorer>);
@@ -143,7 +144,6 @@ pub(crate) struct PyDynamicMapScorer(Exclusive<DynamicMapScorer>);
 #[pymethods]
 impl PyDynamicMapScorer {
     #[new]
-    #[pyo3(signature = (min_depth = 0.5, max_depth = 4.0))]
     fn new(min_depth: f32, max_depth: f32) -> Self {
         Self(Exclusive::new(DynamicMapScorer::new(min_depth..=max_depth)))
     }
@@ -202,7 +202,9 @@ impl PyDynamicMapScore {
     }
 }
 
-/// How planes compare with the true faces. Faces with at least 0.08 m2 in view must be found.
+/// How planes compare with the true faces. Faces with at least 0.08 m2 in view must be found. A face that is
+/// mapped several times, planes across several faces and normals that point the wrong way leave recall and
+/// precision as they are: see `duplicates`, `wrongly_merged` and `sign_errors`.
 #[pyclass(frozen, get_all, name = "PlaneScore", module = "dymlm.metrics")]
 #[derive(Debug)]
 pub(crate) struct PyPlaneScore {
@@ -220,8 +222,22 @@ pub(crate) struct PyPlaneScore {
     angle_degrees: Option<(f64, f64)>,
     /// Offsets of matched planes from their faces, metres: (median, 95 % quantile).
     offset: Option<(f64, f64)>,
+    /// Visible area of the faces to be found, square metres.
+    visible_area: f64,
     /// The matches: a list of (index of the plane, id of the face).
     matches: Vec<(usize, usize)>,
+    /// Indices of the planes that match no face.
+    unmatched: Vec<usize>,
+    /// Ids of the faces to be found that were not found.
+    missed: Vec<usize>,
+    /// Planes on the same visible piece of a face as an earlier plane: a list of (index of the plane, index of the
+    /// earlier one).
+    duplicates: Vec<(usize, usize)>,
+    /// Planes that cover more than 0.08 m2 of each of several faces: a list of (index of the plane, ids of the
+    /// faces).
+    wrongly_merged: Vec<(usize, Vec<usize>)>,
+    /// Indices of the matched planes whose normal points into the thing.
+    sign_errors: Vec<usize>,
 }
 
 /// Scores planes of a map, a list of Plane, against the true faces, a list of TrueFace.
@@ -246,6 +262,8 @@ pub(crate) fn score_planes(
         });
         plane_score(&estimated.collect::<Vec<_>>(), &faces)
     });
+    let missed = score.faces.iter().filter(|face| face.state == FaceState::Missed);
+    let inwards = score.matches.iter().filter(|found| found.facing == Facing::Inwards);
     Ok(PyPlaneScore {
         recall: score.recall(),
         precision: score.precision(),
@@ -254,7 +272,13 @@ pub(crate) fn score_planes(
         mean_boundary_iou: score.mean_boundary_iou(),
         angle_degrees: score.angle_degrees.map(quantiles),
         offset: score.offset.map(quantiles),
+        visible_area: score.visible_area,
         matches: score.matches.iter().map(|found| (found.plane, found.face)).collect(),
+        missed: missed.map(|face| face.face).collect(),
+        duplicates: score.duplicates.iter().map(|found| (found.plane, found.of)).collect(),
+        sign_errors: inwards.map(|found| found.plane).collect(),
+        unmatched: score.unmatched,
+        wrongly_merged: score.wrongly_merged.into_iter().map(|merged| (merged.plane, merged.faces)).collect(),
     })
 }
 

@@ -151,16 +151,55 @@ def test_metrics_judge_the_maps(frames, map):
     surface = map.cloud().positions
     own = dymlm.metrics.score_cloud(surface, dymlm.metrics.PointTruth(surface))
     assert own.median_distance == 0.0 and own.completeness == 1.0
-    assert dymlm.metrics.score_planes(map.planes, truth.faces).recall > 0.3
+    planes = dymlm.metrics.score_planes(map.planes, truth.faces)
+    assert planes.recall > 0.3 and planes.visible_area > 1.0
+    matched = {plane for plane, _ in planes.matches}
+    assert matched.isdisjoint(planes.unmatched) and len(matched) + len(planes.unmatched) == len(map.planes)
     assert dymlm.metrics.score_objects(map.objects, truth.objects).precision > 0.3
     poses = [frame.world_from_camera for frame in frames]
     moved = [dymlm.Pose([1.0, 2.0, 3.0], [0.0, 0.0, 0.6, 0.8]) @ pose for pose in poses]
     assert np.allclose(dymlm.metrics.trajectory_error(moved, poses), 0.0, atol=1e-6)
-    scorer = dymlm.metrics.DynamicMapScorer()
+    sensor = map.config.to_dict()["sensor"]
+    scorer = dymlm.metrics.DynamicMapScorer(sensor["min_depth"], sensor["max_depth"])
     reference = dymlm.metrics.ReferenceCloud(0.02)
     for frame in frames:
         scorer.add_frame(frame)
-        reference.add_frame(frame, max_depth=20.0)
+        reference.add_frame(frame, 0.5, 20.0)
     assert scorer.score(map.cloud().positions).associated_accuracy > 0.8
     residue, completeness = reference.score(map.cloud().positions)
     assert residue < 0.05 and completeness > 0.5
+
+
+def test_what_recall_and_precision_hide_of_planes_is_told(map):
+    plane = max(map.planes, key=lambda plane: plane.area)
+
+    def face(id, normal, offset, inside):
+        return dymlm.metrics.TrueFace(id, normal, offset, plane.boundary[0].outline[inside])
+
+    every = slice(None)
+    own = face(7, plane.normal, plane.offset, every)
+    twice = dymlm.metrics.score_planes([plane, plane], [own])
+    assert (twice.recall, twice.precision) == (1.0, 1.0)
+    assert twice.duplicates == [(1, 0)] and twice.sign_errors == [] and twice.missed == []
+    other_way = dymlm.metrics.score_planes([plane], [face(7, -plane.normal, -plane.offset, every)])
+    assert other_way.precision == 1.0 and other_way.sign_errors == [0]
+    none = dymlm.metrics.score_planes([], [own])
+    assert none.missed == [7] and none.visible_area > 0.08
+    # Two true faces of one plane.
+    outline = plane.boundary[0].outline
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    axis = int(np.argmax(high - low))
+    middle = np.median(outline[:, axis])
+    halves = []
+    for id, nearer in ((1, np.minimum), (2, np.maximum)):
+        half = outline.copy()
+        half[:, axis] = nearer(half[:, axis], middle)
+        halves.append(dymlm.metrics.TrueFace(id, plane.normal, plane.offset, half))
+    assert dymlm.metrics.score_planes([plane], halves).wrongly_merged == [(0, [1, 2])]
+
+
+def test_the_depths_that_are_scored_are_the_callers():
+    with pytest.raises(TypeError):
+        dymlm.metrics.DynamicMapScorer()
+    with pytest.raises(TypeError):
+        dymlm.metrics.ReferenceCloud().add_frame(None)

@@ -124,3 +124,38 @@ def test_places_in_sequences(frames):
         sequence[3]
     with pytest.raises(dymlm.Error, match="walking_xyz"):
         dymlm.builtin_sequence("running")
+
+
+def test_what_programs_tell_apart_has_a_class_of_its_own(frames, tmp_path):
+    frame = frames[0]
+    builder = inserted(frames[:2])
+    far = dymlm.Frame(frame.camera, 7.0, frame.depth, world_from_camera=[1e9, 0, 0, 0, 0, 0, 1])
+    map = builder.map()
+    saver = dymlm.MapSaver(tmp_path / "map")
+    saver.save(map)
+    refusals = [
+        (dymlm.ConfigError, lambda: dymlm.MapBuilder(frame.camera, dymlm.Config(cloud={"voxel_size": -1.0}))),
+        (dymlm.ConfigError, lambda: dymlm.Config(cloud={"voxel_sice": 0.01})),
+        (dymlm.TimeReversed, lambda: builder.insert_frame(frame)),
+        (dymlm.OutOfReach, lambda: builder.insert_frame(far)),
+        (dymlm.NotPending, lambda: builder.detections_for(0, [])),
+        (dymlm.UnknownFrame, lambda: inserted(frames[:1], history="memory").remove(77)),
+        (dymlm.UnknownFrame, lambda: inserted(frames[:1], history="memory").remove(77.0)),
+        (dymlm.UnknownObject, lambda: builder.track_object(999, frame)),
+        (dymlm.NoHistory, lambda: builder.remove(0)),
+        (dymlm.NoFloor, lambda: map.floor_grid([0.0, 0.0, 50.0], [0.0, 0.0, 1.0])),
+        (dymlm.FileError, lambda: dymlm.load(tmp_path / "nowhere")),
+        (dymlm.Locked, lambda: dymlm.MapSaver(tmp_path / "map")),
+        (dymlm.MergeRefused, lambda: merged_with_another_config(frames)),
+    ]
+    for refusal, call in refusals:
+        with pytest.raises(dymlm.Error) as caught:
+            call()
+        assert caught.type is refusal, (refusal, caught.type, caught.value)
+    assert issubclass(dymlm.Locked, dymlm.FileError) and issubclass(dymlm.RefinementStopped, dymlm.Error)
+    assert saver.folder
+
+
+def merged_with_another_config(frames):
+    maps = [inserted(frames[:1], history="memory", cloud={"voxel_size": size}).map() for size in (0.01, 0.02)]
+    maps[0].merge(maps[1])

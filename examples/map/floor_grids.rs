@@ -63,6 +63,10 @@ pub(crate) fn write(arguments: &GridArguments) -> Result<(), AnyError> {
     for (number, floor) in floors.iter().take(taken).enumerate() {
         let name = if arguments.floors { format!("{name}_{number}") } else { name.to_owned() };
         let grid = floor.grid().inflated(arguments.inflate)?;
+        let grid = match region_of(arguments) {
+            Some(region) => grid.cropped(&region)?,
+            None => grid,
+        };
         grid.save(folder, &name)?;
         println!("{}: {}", folder.join(format!("{name}.yaml")).display(), described(floor, &grid));
     }
@@ -73,11 +77,20 @@ fn config_of(arguments: &GridArguments) -> FloorGridConfig {
     let mut config = FloorGridConfig::default();
     (config.min_height, config.max_height) = (arguments.min_height, arguments.max_height);
     (config.max_step, config.max_slope_deg) = (arguments.max_step, arguments.max_slope);
-    config.region = arguments.region.as_deref().and_then(|corners| match *corners {
-        [x, y, max_x, max_y] => Some(GridRegion { min: [x, y], max: [max_x, max_y] }),
-        _ => None,
+    // Obstacles just outside of the region reach into it.
+    let beside = arguments.inflate.max(0.0);
+    config.region = region_of(arguments).map(|GridRegion { min, max }| GridRegion {
+        min: min.map(|c| c - beside),
+        max: max.map(|c| c + beside),
     });
     config
+}
+
+fn region_of(arguments: &GridArguments) -> Option<GridRegion> {
+    match *arguments.region.as_deref()? {
+        [x, y, max_x, max_y] => Some(GridRegion { min: [x, y], max: [max_x, max_y] }),
+        _ => None,
+    }
 }
 
 fn described(floor: &FloorGrid, grid: &OccupancyGrid) -> String {

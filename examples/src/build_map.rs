@@ -10,7 +10,7 @@ use dymlm::files::{Autosave, MapSaver};
 use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
-use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions};
+use dymlm_io::{McapOptions, StampedPose, Trajectory, TumOptions, read_class_names};
 use dymlm_sim::SequenceConfig;
 
 use crate::{
@@ -47,6 +47,9 @@ struct Arguments {
     /// JSON-lines file or YOLO folder (with names.txt); default: the dataset's detections.jsonl
     #[arg(long, requires = "dataset")]
     detections: Option<PathBuf>,
+    /// Of a bag whose detections have numbers for classes: their names, one a line, from class 0 on
+    #[arg(long, requires = "dataset", conflicts_with = "detector", value_name = "FILE")]
+    class_names: Option<PathBuf>,
     /// A YOLOX network that detects things in the images while they are mapped
     #[arg(long, requires = "dataset", conflicts_with = "detections", value_name = "FILE.onnx")]
     detector: Option<PathBuf>,
@@ -189,8 +192,8 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
 /// it is read.
 fn check_inputs_stay(arguments: &Arguments) -> Result<(), AnyError> {
     let Some(session) = &arguments.mcap else { return Ok(()) };
-    let Arguments { dataset, detections, trajectory, corrections, config, .. } = arguments;
-    let read = [dataset, detections, trajectory, corrections, config];
+    let Arguments { dataset, detections, class_names, trajectory, corrections, config, .. } = arguments;
+    let read = [dataset, detections, class_names, trajectory, corrections, config];
     match read.into_iter().flatten().find(|path| is_same(path, session)) {
         None => Ok(()),
         Some(path) => Err(format!(
@@ -268,12 +271,19 @@ fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {
     options.every = arguments.every;
     if let Some(bag) = arguments.dataset.as_ref().filter(|path| path.is_file()) {
         if arguments.detections.is_some() {
-            return Err("a bag contains its own detections: --detections is only for folders".into());
+            return Err(
+                "a bag contains its own detections: --detections is only for folders (--class-names names \
+                classes that the bag has as numbers)"
+                    .into(),
+            );
         }
         return FrameSource::bag(bag, &bag_options(arguments)?);
     }
     if !arguments.topics.is_empty() {
         return Err("--topics is only for bags: the dataset is not a file".into());
+    }
+    if arguments.class_names.is_some() {
+        return Err("--class-names is only for bags: a YOLO folder has its names in names.txt".into());
     }
     if let Some(folder) = arguments.dataset.as_ref().filter(|_| arguments.detector.is_some()) {
         return FrameSource::without_detections(folder, &options);
@@ -293,6 +303,9 @@ fn bag_options(arguments: &Arguments) -> Result<McapOptions, AnyError> {
     options.trajectory.clone_from(&arguments.trajectory);
     options.every = arguments.every;
     options.without_detections = arguments.detector.is_some();
+    if let Some(path) = &arguments.class_names {
+        options.class_names = read_class_names(path)?;
+    }
     for (what, name) in &arguments.topics {
         let option = match what.as_str() {
             "depth" => &mut options.depth,

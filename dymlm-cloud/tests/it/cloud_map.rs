@@ -146,6 +146,33 @@ fn precision_does_not_fall_far_from_the_origin() {
     }
 }
 
+#[test]
+fn a_view_of_nearly_half_the_space_is_mapped() {
+    // At the greatest depth, 4.5 m, the readings in the corners lie 177 m away.
+    let lens =
+        |focal_length: f64| PinholeCamera::new(64, 48, focal_length, focal_length, 31.5, 23.5).unwrap();
+    let depth = || DepthImage::new(64, 48, vec![2.0; 64 * 48]).unwrap();
+    let wide = Frame::new(0.0, lens(1.0), depth(), None).unwrap();
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    map.insert(&wide, None, &Pose::identity()).unwrap();
+    let mut expected: Vec<[f64; 3]> = (0..64 * 48)
+        .map(|pixel| lens(1.0).back_project([pixel % 64, pixel / 64].map(|c| c as f64), 2.0))
+        .collect();
+    let mut read: Vec<Point> = map.voxels(Selection::All).map(|voxel| voxel.position).collect();
+    expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    read.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(read.len(), expected.len());
+    for (read, expected) in read.iter().zip(&expected) {
+        assert!((0..3).all(|axis| (f64::from(read[axis]) - expected[axis]).abs() < 1e-4), "{expected:?}");
+    }
+    map.remove(&wide, None, &Pose::identity()).unwrap();
+    assert_eq!(map.held_voxels(), 0);
+
+    let far = Pose::new([0.0, 1e5, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let told = map.insert(&wide, None, &far).unwrap_err().to_string();
+    assert!(told.contains("lie up to 176.9") && told.contains("narrower view"), "{told}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 

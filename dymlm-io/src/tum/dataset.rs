@@ -79,7 +79,11 @@ impl TumDataset {
         let images = ImageReader::new(&read_camera(folder, options.camera)?);
         let Lists { mut frames, mut faults, unpaired_depth_images } = read_lists(folder, options)?;
         let trajectory_path = options.trajectory.clone().unwrap_or_else(|| folder.join(GROUND_TRUTH));
-        let trajectory = read_trajectory(&trajectory_path, &mut faults)?;
+        let trajectory = if options.without_poses {
+            TrajectoryFile::default()
+        } else {
+            read_trajectory(&trajectory_path, &mut faults)?
+        };
 
         frames.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp));
         let seen_at = frames.iter().map(TumFrame::seen_at).collect();

@@ -12,6 +12,9 @@ use super::tum_camera::TumCamera;
 pub struct TumOptions {
     /// A trajectory to use instead of the dataset's `groundtruth.txt`, in the same format. Default `None`.
     pub trajectory: Option<PathBuf>,
+    /// Reads no trajectory: for callers that want the images alone. No frame has a pose, so that none can be
+    /// loaded as a whole. Default `false`.
+    pub without_poses: bool,
     /// A camera to use instead of the dataset's own. Default `None`: the folder's `camera.json` or, without
     /// it, the camera in the folder's name.
     pub camera: Option<TumCamera>,
@@ -30,6 +33,7 @@ impl Default for TumOptions {
     fn default() -> Self {
         Self {
             trajectory: None,
+            without_poses: false,
             camera: None,
             max_association_gap: 0.02,
             max_interpolation_gap: 0.2,

@@ -40,6 +40,19 @@ fn loads_a_whole_dataset() {
 }
 
 #[test]
+fn whoever_wants_the_images_alone_needs_no_trajectory() {
+    let dataset = Dataset::new();
+    fs::remove_file(dataset.path("groundtruth.txt")).unwrap();
+    assert_names(&open(&dataset).unwrap_err(), &["groundtruth.txt"]);
+    let mut options = TumOptions::default();
+    options.without_poses = true;
+    let tum = TumDataset::open(dataset.folder.path(), &options).unwrap();
+    assert!(tum.frames().len() == FRAMES && tum.warnings().is_empty());
+    assert!(tum.frames().iter().all(|frame| frame.color.is_some()));
+    assert!(matches!(tum.load(0), Err(Error::Uncovered { fault: UncoveredTime::Empty { .. }, .. })));
+}
+
+#[test]
 fn takes_every_nth_frame() {
     let dataset = Dataset::new();
     let mut options = TumOptions::default();

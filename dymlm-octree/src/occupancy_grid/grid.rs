@@ -68,6 +68,54 @@ impl OccupancyGrid {
         Ok(())
     }
 
+    /// The part of the grid that a region touches, cell by cell as it is here; cells of the region that the grid
+    /// does not have are unknown.
+    ///
+    /// An [inflated](Self::inflated) grid of a region lacks the margins of obstacles outside of it: make the grid
+    /// of a region that is larger by the radius, inflate that, and crop it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::GridRegion`] when the region ends before it begins or is not finite; [`Error::GridSize`].
+    ///
+    /// ```
+    /// use dymlm_octree::{CellState, GridRegion, Octree, OctreeConfig};
+    ///
+    /// let mut map = Octree::new(OctreeConfig::default())?;
+    /// map.insert_scan([0.0, 0.0, 1.01], &[[2.0, 0.01, 1.01]])?;
+    /// let before = GridRegion { min: [1.5, 0.0], max: [1.95, 0.05] };
+    /// let wide = GridRegion { min: [1.3, -0.2], max: [2.15, 0.25] };
+    /// let grid = map.project_region([0.0, 0.0, 1.0], 0.1, 1.8, &wide)?.inflated(0.2)?.cropped(&before)?;
+    /// assert_eq!((grid.width(), grid.height()), (9, 1));
+    /// assert_eq!(grid.at(8, 0), CellState::Occupied);
+    /// # Ok::<(), dymlm_octree::Error>(())
+    /// ```
+    pub fn cropped(&self, region: &GridRegion) -> Result<Self, Error> {
+        region.check()?;
+        let place = GridCells::of(region, self.resolution);
+        let cells = self.part(&self.cells, place, CellState::Unknown)?;
+        let heights = match &self.heights {
+            Heights::Same { range, .. } => Heights::Same { range: *range, grows: false },
+            Heights::ByCell(ranges) => Heights::ByCell(self.part(ranges, place, NO_HEIGHTS)?),
+        };
+        Ok(Self { place, cells, heights, ..*self })
+    }
+
+    /// What `all` has of the cells of another place; `other` where it has none.
+    fn part<T: Copy>(&self, all: &[T], place: GridCells, other: T) -> Result<Vec<T>, Error> {
+        let count = cell_count(place)?;
+        let width = place.size()[0] as i64;
+        let cell = |index: i64| {
+            let [x, y] = [0, 1].map(|axis| {
+                let within = if axis == 0 { index % width } else { index / width };
+                let own = place.first[axis] + within - self.place.first[axis];
+                usize::try_from(own).ok().filter(|&own| own < self.place.size()[axis] as usize)
+            });
+            all.get(y? * self.width() + x?).copied()
+        };
+        Ok((0..count as i64).map(|index| cell(index).unwrap_or(other)).collect())
+    }
+
     /// Number of cells along x; 0 when nothing was observed between the heights.
     pub fn width(&self) -> usize {
         self.place.size()[0] as usize

@@ -5,7 +5,8 @@ use crate::{CellState, Error};
 impl OccupancyGrid {
     /// The same grid with an occupied margin: a cell whose centre is no farther than `radius` metres from the
     /// centre of an occupied cell becomes occupied too, whether it was free or unknown. Exact, by a Euclidean
-    /// distance transform; the grid does not grow. O(cells).
+    /// distance transform; the grid does not grow, and obstacles outside of it have no margin in it
+    /// ([`cropped`](Self::cropped)). O(cells).
     ///
     /// A robot of that radius can go where its centre is on free cells.
     ///

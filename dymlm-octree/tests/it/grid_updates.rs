@@ -159,6 +159,40 @@ proptest! {
         }
         prop_assert_eq!(inflated.region(), grid.region());
     }
+
+    /// A region that is larger by the radius, inflated and cropped, is a part of the whole inflated grid; what is
+    /// cropped can be updated like a grid of the region.
+    #[test]
+    fn a_cropped_grid_is_a_part_of_the_whole(
+        up in any_up(), seed in any::<u64>(), radius in 0.0..1.0_f64, corner in [-2.0..1.0, -2.0..1.0_f64],
+        size in [0.0..2.0, 0.0..2.0_f64],
+    ) {
+        let mut random = Random(seed);
+        let mut map = Octree::new(config(RESOLUTION, 6.0)).unwrap();
+        scanned(&mut map, &mut random, 1.5);
+        let region = |beside: f64| GridRegion {
+            min: corner.map(|c| c - beside),
+            max: [0, 1].map(|axis| corner[axis] + size[axis] + beside),
+        };
+        let whole = map.project_region(up, -0.5, 0.5, &region(8.0)).unwrap();
+        let wide = map.project_region(up, -0.5, 0.5, &region(radius)).unwrap();
+        let cropped = wide.inflated(radius).unwrap().cropped(&region(0.0)).unwrap();
+        prop_assert_eq!(&cropped, &whole.inflated(radius).unwrap().cropped(&region(0.0)).unwrap());
+        let inflated = whole.inflated(radius).unwrap();
+        for y in 0..cropped.height() {
+            for x in 0..cropped.width() {
+                let [own_x, own_y] = inflated.cell_of(cropped.center(x, y)).unwrap();
+                prop_assert_eq!(cropped.at(x, y), inflated.at(own_x, own_y));
+            }
+        }
+        let small = map.project_region(up, -0.5, 0.5, &region(0.0)).unwrap();
+        prop_assert_eq!(&whole.cropped(&region(0.0)).unwrap(), &small);
+        // Beyond the grid nothing is known.
+        let beyond = small.cropped(&region(1.0)).unwrap();
+        prop_assert_eq!(&beyond.cropped(&region(0.0)).unwrap(), &small);
+        prop_assert!(beyond.cells().len() > small.cells().len());
+        prop_assert_eq!(beyond.at(0, 0), CellState::Unknown);
+    }
 }
 
 /// The cost follows the change: only cells over the changed cubes are projected again.

@@ -15,17 +15,20 @@ __all__ = [
     "Cloud",
     "CloudBlock",
     "Config",
+    "ConfigError",
     "CorrectionReport",
     "Dataset",
     "Detection",
     "DistanceField",
     "Error",
+    "FileError",
     "FloorGrid",
     "FloorUnder",
     "FoundObject",
     "Frame",
     "FrameReport",
     "GridUpdate",
+    "Locked",
     "LoopClosure",
     "Map",
     "MapBuilder",
@@ -34,20 +37,29 @@ __all__ = [
     "MapReader",
     "MapSaver",
     "MapUpdate",
+    "MergeRefused",
     "MergeReport",
     "Mover",
     "NewIds",
+    "NoFloor",
+    "NoHistory",
+    "NotPending",
     "ObjectMove",
     "ObjectTracker",
     "ObjectUpdate",
     "OccupancyGrid",
     "Octree",
+    "OutOfReach",
     "Plane",
     "Pose",
     "RefineReport",
+    "RefinementStopped",
     "Sequence",
     "StaticPoints",
     "ThingChanges",
+    "TimeReversed",
+    "UnknownFrame",
+    "UnknownObject",
     "WorldChanges",
     "builtin_sequence",
     "load",
@@ -61,6 +73,44 @@ _Detections: TypeAlias = Iterable[Detection] | Literal["pending"] | None
 
 class Error(ValueError):
     """A call was refused, such as one with a bad frame, config or folder; the text says why. Nothing has changed."""
+
+class ConfigError(Error):
+    """A setting has no such name, or is outside its range."""
+
+class TimeReversed(Error):
+    """A frame is older than the one before it."""
+
+class OutOfReach(Error):
+    """A camera or its readings lie too far out to be mapped."""
+
+class NotPending(Error):
+    """A frame awaits no detections: it has them, or was processed without them since they came too late."""
+
+class UnknownFrame(Error):
+    """No frame of this id or timestamp was inserted."""
+
+class UnknownObject(Error):
+    """No object of this id is in the map."""
+
+class NoHistory(Error):
+    """No key frames are kept, so that poses cannot be corrected: see the setting `history`."""
+
+class NoFloor(Error):
+    """No floor is known under a place."""
+
+class MergeRefused(Error):
+    """Maps that were made with different configs, or that hold different contents of one session."""
+
+class FileError(Error):
+    """A file or folder cannot be read or written, or is damaged."""
+
+class Locked(FileError):
+    """Somebody else writes the folder of a map."""
+
+class RefinementStopped(Error):
+    """A further round of refining poses has failed. The maps are as the rounds before it have made them; `done`, a RefineReport, says what these have done."""
+
+    done: RefineReport
 
 @final
 class Pose:

@@ -141,8 +141,10 @@ class ReferenceCloud:
 
     def __new__(cls, voxel_size: float = 0.02) -> ReferenceCloud: ...
 
-    def add_frame(self, frame: Frame, min_depth: float = 0.5, max_depth: float = 4.0) -> None:
-        """Adds every reading of a Frame within `min_depth` to `max_depth` metres, at its pose."""
+    def add_frame(self, frame: Frame, min_depth: float, max_depth: float) -> None:
+        """Adds every reading of a Frame within `min_depth` to `max_depth` metres, at its pose: those of the
+        sensor, `map.config.to_dict()["sensor"]`, where the map is to hold all that the sensor reads.
+        """
 
     def score(self, positions: ArrayLike) -> tuple[float, float]:
         """Scores points (n, 3) of a map: (residue, completeness). Residue: share of the map's voxels further
@@ -155,10 +157,11 @@ class ReferenceCloud:
 @final
 class DynamicMapScorer:
     """Scores which readings a cleaned map keeps (DynamicMap benchmark, Zhang 2023), among readings within
-    `min_depth` to `max_depth` metres.
+    `min_depth` to `max_depth` metres: those of the sensor, `map.config.to_dict()["sensor"]`. Readings that the
+    map was never given count against it.
     """
 
-    def __new__(cls, min_depth: float = 0.5, max_depth: float = 4.0) -> DynamicMapScorer: ...
+    def __new__(cls, min_depth: float, max_depth: float) -> DynamicMapScorer: ...
 
     def add_frame(self, frame: Frame, movers: NDArray[np.bool_] | None = None) -> None:
         """Adds the readings of a Frame at its pose; movers: (height, width) bool, True where a pixel shows a
@@ -198,7 +201,10 @@ class DynamicMapScore:
 
 @final
 class PlaneScore:
-    """How planes compare with the true faces. Faces with at least 0.08 m2 in view must be found."""
+    """How planes compare with the true faces. Faces with at least 0.08 m2 in view must be found. A face that is
+    mapped several times, planes across several faces and normals that point the wrong way leave recall and
+    precision as they are: see `duplicates`, `wrongly_merged` and `sign_errors`.
+    """
 
     @property
     def recall(self) -> float | None:
@@ -229,8 +235,36 @@ class PlaneScore:
         """Offsets of matched planes from their faces, metres: (median, 95 % quantile)."""
 
     @property
+    def visible_area(self) -> float:
+        """Visible area of the faces to be found, square metres."""
+
+    @property
     def matches(self) -> list[tuple[int, int]]:
         """The matches: a list of (index of the plane, id of the face)."""
+
+    @property
+    def unmatched(self) -> list[int]:
+        """Indices of the planes that match no face."""
+
+    @property
+    def missed(self) -> list[int]:
+        """Ids of the faces to be found that were not found."""
+
+    @property
+    def duplicates(self) -> list[tuple[int, int]]:
+        """Planes on the same visible piece of a face as an earlier plane: a list of (index of the plane, index of the
+        earlier one).
+        """
+
+    @property
+    def wrongly_merged(self) -> list[tuple[int, list[int]]]:
+        """Planes that cover more than 0.08 m2 of each of several faces: a list of (index of the plane, ids of the
+        faces).
+        """
+
+    @property
+    def sign_errors(self) -> list[int]:
+        """Indices of the matched planes whose normal points into the thing."""
 
 @final
 class ObjectScore:

@@ -16,7 +16,7 @@ pub enum ImageSource {
 }
 
 impl ImageSource {
-    /// Opens a TUM RGB-D folder or an MCAP file; only every `every`-th frame is used.
+    /// Opens a TUM RGB-D folder, which needs no trajectory, or an MCAP file; only every `every`-th frame is used.
     ///
     /// # Errors
     ///
@@ -29,7 +29,7 @@ impl ImageSource {
             return Ok(Self::Bag(Box::new(recording), FrameBuffers::default()));
         }
         let mut options = TumOptions::default();
-        options.every = every;
+        (options.every, options.without_poses) = (every, true);
         Ok(Self::Tum(Box::new(TumDataset::open(dataset, &options)?)))
     }
 

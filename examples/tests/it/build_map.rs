@@ -164,6 +164,13 @@ fn a_bag_gives_the_maps_of_its_frames() {
     let (folder, done, warnings) = run("late_tf", &[]).unwrap();
     assert!(done && warnings.contains("frame 0 skipped"), "{warnings}");
     assert_eq!(MultiLevelMap::load(folder).unwrap().cloud().frames(), 3);
+    // A bag whose classes are numbers; class 1 has no name in the shorter list.
+    for (names, skipped) in [("person\nchair\n", false), ("person\n", true)] {
+        let file = out.path().join("names.txt");
+        fs::write(&file, names).unwrap();
+        let (_, _, warnings) = run("numbered", &["--class-names", file.to_str().unwrap()]).unwrap();
+        assert_eq!(warnings.contains("class 1 of 1 names"), skipped, "{warnings}");
+    }
     for (refused, named) in
         [(["--topics", "depth=/nowhere"], "/nowhere"), (["--detections", "x"], "a bag contains its own")]
     {

@@ -121,6 +121,13 @@ fn each_floor_has_a_grid() {
     let nearest = column.iter().rposition(|&pixel| pixel == 0).unwrap();
     let y = 4.0 - 0.05 * (nearest as f64 + 0.5);
     assert!((y - 1.72).abs() < 0.06, "{y}");
+    // A region that ends before the wall has the wall's margin all the same: it is the lower part of the other.
+    let arguments = ["--at", "0", "0", "4", "--region", "-1", "1", "1", "1.9", "--inflate", "0.3"];
+    let done = map(&[&["grid", &path("map"), "--out", &path("part.yaml")], &arguments[..]].concat()).unwrap();
+    assert!(done.status.success(), "{done:?}");
+    let (width, part) = pixels("part.pgm");
+    assert_eq!((width, part.len()), (40, 40 * 18));
+    assert!(part == image[image.len() - part.len()..] && part[20] == 0);
     let yaml = std::fs::read_to_string(path("one.yaml")).unwrap();
     assert!(yaml.contains("image: \"one.pgm\"") && yaml.contains("origin: [-1, 1, 0.0]"), "{yaml}");
     let refused = map(&["grid", &path("map"), "--at", "0", "0", "-3"]).unwrap();
