@@ -27,10 +27,10 @@ pub(super) struct Completion<'a> {
 }
 
 impl Completion<'_> {
-    /// Extends a box where no camera has seen the object's end: away from the cameras, or towards them if the
-    /// views' boxes show that; on sides that something occludes in most of the views; and upwards if the
-    /// views' boxes show a higher thing, as those of a laptop do whose screen gives no readings. Measured
-    /// lengths are never shortened, and no box grows through a wall in front of which it stands.
+    /// Extends a box where no camera has seen the object's end: away from the cameras, and on sides that
+    /// something occludes in most of the views. Where the views' boxes show that the thing goes on without
+    /// readings, as above the keys of a laptop with a dark screen, the box grows there. Measured lengths are
+    /// never shortened, and no box grows through a wall in front of which it stands.
     ///
     /// A thing with an even footprint is assumed to be as deep as it is wide, and as wide as things of its
     /// kind and its height usually are. For an oblong one the side that fits better is taken as its length.
@@ -61,6 +61,9 @@ impl Completion<'_> {
         let measured = [lengths[across], lengths[depth]];
         let usual = usual_lengths(self.prior, scale, measured, hidden.contains(&true));
         let grown = widen(own, across, hidden, usual.across, self.walls);
+        let grown = [[true, false], [false, true]].into_iter().fold(grown, |best, ends| {
+            self.better(best, widen(&grown, across, ends, usual.across, self.walls))
+        });
         let is_away = dot(axes[depth], mean_view) > 0.0;
         let [away, near] = [is_away, !is_away]
             .map(|is_high| widen(&grown, depth, [!is_high, is_high], usual.depth, self.walls));
@@ -325,6 +328,17 @@ mod tests {
             |shown: OrientedBox| complete("laptop", lid, shown, Completeness::default(), &[]).center()[1];
         assert!((depth(box_at([0.0, -0.1, 0.0], [0.34, 0.25, 0.2])) + 0.1).abs() < 1e-12);
         assert!((depth(lid) - 0.1).abs() < 1e-12, "otherwise it is hidden behind what is measured");
+    }
+
+    #[test]
+    fn what_is_too_flat_to_be_measured_may_lie_beside_what_is_seen() {
+        // A lid seen along its length.
+        let lid = box_of([0.05, 0.34, 0.2]);
+        let whole = box_at([0.1, 0.0, 0.0], [0.25, 0.34, 0.2]);
+        let completed = complete("laptop", lid, whole, Completeness::default(), &[]);
+        assert!((completed.lengths()[0] - 0.25).abs() < 1e-12, "{:?}", completed.lengths());
+        assert!((completed.center()[0] - 0.1).abs() < 1e-12);
+        assert_eq!(complete_seen("laptop", lid, Completeness::default()), lid);
     }
 
     #[test]
