@@ -587,11 +587,11 @@ class CorrectionReport:
 
     @property
     def key_frames(self) -> int:
-        """Key frames in the maps."""
+        """Key frames and scans in the maps."""
 
     @property
     def moved_key_frames(self) -> int:
-        """Key frames whose pose has changed."""
+        """Key frames and scans whose pose has changed."""
 
     @property
     def largest_motion(self) -> float:

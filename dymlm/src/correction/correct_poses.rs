@@ -23,8 +23,8 @@ impl MapBuilder {
     /// [`new_from_old`](CorrectionReport::new_from_old).
     ///
     /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
-    /// movers and planes: when the first one that moved is among the last twenty, at most twice as many as
-    /// have come since (but for the first correction of that kind), else all.
+    /// movers and planes, and scans with them: when the first one that moved is among the last twenty of both, at
+    /// most twice as many as have come since (but for the first correction of that kind), else all.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
@@ -82,9 +82,8 @@ impl MapBuilder {
         }
         let is_it = |event: &Event| event.mapped() == Some(frame);
         let Some(place) = log.events.iter().position(is_it) else {
-            let key_frames = log.key_frames().count();
             self.waiting.remove(frame);
-            return Ok(CorrectionReport::unchanged(key_frames));
+            return Ok(CorrectionReport::unchanged(log));
         };
         let before = log.events.clone();
         let without = before.first(place).iter().chain(before.iter_from(place + 1)).cloned().collect();
@@ -140,7 +139,7 @@ impl MapBuilder {
         }
         let mut report = match first_changed {
             Some(first_changed) => self.rebuild(first_changed, poses, watch)?,
-            None => CorrectionReport::unchanged(log.key_frames().count()),
+            None => CorrectionReport::unchanged(log),
         };
         report.new_from_old = self.take_over(poses);
         if first_changed.is_some() {
@@ -170,7 +169,7 @@ impl MapBuilder {
         log.events = rebuilt.events;
 
         let before: Vec<Pose> = log.poses().collect();
-        let mut report = CorrectionReport::unchanged(log.key_frames().count());
+        let mut report = CorrectionReport::unchanged(log);
         report.note_motions(log, config.sensor.max_depth, [&before, poses]);
         (report.planes, report.objects) = (rebuilt.planes, rebuilt.objects);
         Ok(report)
@@ -187,7 +186,7 @@ impl MapBuilder {
         let Self { map: before, snapshots, config, preprocessor, .. } = self;
         let log = before.past.log.as_ref().ok_or(Error::NoHistory)?;
         let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
-        snapshots.note_correction(log.events.iter_from(first_changed).filter_map(Event::key_frame).count());
+        snapshots.note_correction(log.events.iter_from(first_changed).filter_map(Event::mapped).count());
         snapshots.forget_behind(first_changed);
         let (map, events) = match snapshots.newest() {
             Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),

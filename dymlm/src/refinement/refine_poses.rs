@@ -66,7 +66,8 @@ impl MapBuilder {
                 Ok((found, Some(correction))) => {
                     rounds.add(&correction);
                     report.costs.push(found.cost);
-                    (report.found, report.correction) = (found, rounds.report(&self.map));
+                    let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
+                    (report.found, report.correction) = (found, rounds.report(&self.map, log));
                 }
                 Ok((_, None)) => break,
                 Err(source) => {
