@@ -154,7 +154,6 @@ impl Event {
     }
 
     /// The frame that a replay of the event needs, if it needs one.
-    #[cfg(feature = "io")]
     pub(crate) fn frame(&self) -> Option<FrameId> {
         match self {
             Self::Forgot { newest, .. } | Self::Moved { newest, .. } => Some(*newest),

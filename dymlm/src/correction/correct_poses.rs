@@ -132,7 +132,8 @@ impl MapBuilder {
         let has_moved = |frame: FrameId| {
             log.frame(frame).map(|frame| frame.world_from_camera) != poses.get(frame.get() as usize).copied()
         };
-        let first_moved = log.events.iter().position(|event| event.mapped().is_some_and(has_moved));
+        // A frame that is in no map any more may still be the one from which an event's place is known.
+        let first_moved = log.events.iter().position(|event| event.frame().is_some_and(has_moved));
         let first_changed = first_moved.into_iter().chain(changed).min();
         for waiting in self.waiting.iter() {
             self.check_pose(&waiting.frame, &poses[waiting.id.get() as usize])?;

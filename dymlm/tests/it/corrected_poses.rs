@@ -243,6 +243,26 @@ fn who_hands_over_all_poses_has_mapped_again_what_has_moved() {
     assert!((5..=10).contains(&total), "{total} key frames were mapped again");
 }
 
+/// Regression: what was forgotten about a frame that is in no map any more stayed forgotten at the old place.
+#[test]
+fn what_was_forgotten_about_a_removed_frame_follows_its_pose() {
+    let all = frames(8);
+    let mut builder = mapped(&all[..4]);
+    let removed = FrameId::new(3);
+    builder.forget_outside(all[3].world_from_camera.translation(), 2.0);
+    builder.remove(removed).unwrap();
+    builder.begin_session().unwrap();
+    insert_all(&mut builder, &all[4..]);
+    let moved = Pose::new([1.5, 0.5, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    builder.correct_poses(&[(removed, moved * all[3].world_from_camera)]).unwrap();
+    let corrected = fingerprint_without_ids(builder.map());
+    // From the beginning, since the first frame moves as well, there and back.
+    let right = poses(&builder);
+    builder.transform(&moved).unwrap();
+    builder.correct_poses(&right).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == corrected);
+}
+
 #[test]
 fn many_corrections_do_not_use_up_ids() {
     let mut builder = mapped(&frames(12));
