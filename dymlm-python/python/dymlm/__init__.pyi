@@ -335,7 +335,8 @@ class MapBuilder:
 
     def memory(self) -> dict[str, int]:
         """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published").
+        and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+        has refused, on a full disk.
         """
 
     def static_mask(self) -> NDArray[np.bool_]:
@@ -754,7 +755,8 @@ class Map:
 
     def memory(self) -> dict[str, int]:
         """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published").
+        and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+        has refused, on a full disk.
         """
 
     @property
