@@ -142,6 +142,16 @@ impl<T: Clone> Pages<T> {
         }
     }
 
+    /// Replaces an item by one that may be equal: then its page stays shared.
+    pub fn update(&mut self, index: usize, item: T)
+    where
+        T: PartialEq,
+    {
+        if self.get(index).is_some_and(|held| *held != item) {
+            self.set(index, item);
+        }
+    }
+
     /// All items, to be changed; pages are copied as by [`get_mut`](Self::get_mut).
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
         self.full.iter_mut().flat_map(|page| Arc::make_mut(page).iter_mut()).chain(&mut self.rest)
@@ -202,6 +212,16 @@ mod tests {
         assert!(pages.unshared(&clone).eq((64..128).chain(192..201)));
         let shared = pages.memory_bytes() - pages.memory_bytes_beside(&clone);
         assert_eq!(shared, 2 * (PAGE + 2) * size_of::<usize>());
+    }
+
+    #[test]
+    fn what_is_replaced_by_the_same_stays_shared() {
+        let mut pages: Pages<usize> = (0..200).collect();
+        let clone = pages.clone();
+        (0..250).for_each(|index| pages.update(index, index));
+        assert_eq!(pages.unshared(&clone).count(), 200 % PAGE);
+        pages.update(70, 7);
+        assert_eq!((pages[70], pages.len(), pages.unshared(&clone).count()), (7, 200, PAGE + 200 % PAGE));
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub(crate) struct SessionLog {
     pub(crate) events: Pages<Event>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct InsertedFrame {
     /// Time on the clock of its session, seconds.
@@ -250,13 +250,15 @@ impl SeenThings {
         })
     }
 
-    /// Renames planes and objects.
-    pub(crate) fn rename(&mut self, planes: &mut Succession<PlaneId>, objects: &mut Succession<ObjectId>) {
-        for id in &mut self.planes {
-            *id = planes.of(*id);
-        }
-        for (_, id) in &mut self.objects {
-            *id = objects.of(*id);
+    /// The same things by the names that they have from now on.
+    pub(crate) fn renamed(
+        &self,
+        planes: &mut Succession<PlaneId>,
+        objects: &mut Succession<ObjectId>,
+    ) -> Self {
+        Self {
+            planes: self.planes.iter().map(|id| planes.of(*id)).collect(),
+            objects: self.objects.iter().map(|&(detection, id)| (detection, objects.of(id))).collect(),
         }
     }
 

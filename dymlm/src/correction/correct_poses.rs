@@ -7,7 +7,7 @@ use super::rebuilt::{Rebuilt, Renaming};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::replay::Replay;
-use crate::session_log::Event;
+use crate::session_log::{Event, InsertedFrame};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -86,8 +86,8 @@ impl MapBuilder {
             return Ok(CorrectionReport::unchanged(log));
         };
         let before = log.events.clone();
-        let without = before.first(place).iter().chain(before.iter_from(place + 1)).cloned().collect();
-        log.events = without;
+        log.events = before.first(place);
+        before.iter_from(place + 1).for_each(|event| log.events.push(event.clone()));
         let poses: Vec<Pose> = log.poses().collect();
         let report = self.correct_from(Some(place), &poses, &mut |_| true);
         if let Some(log) = &mut self.map.past.log {
@@ -213,8 +213,11 @@ impl MapBuilder {
         for lifted in self.lifted.values_mut() {
             lifted.follow(|frame| motion(frame).unwrap_or_else(Pose::identity), &newest);
         }
-        for (frame, pose) in log.frames.iter_mut().zip(poses) {
-            frame.world_from_camera = *pose;
+        for (place, &world_from_camera) in poses.iter().enumerate() {
+            // Pages of frames that have stayed are still shared with what others hold of the log.
+            if let Some(&frame) = log.frames.get(place) {
+                log.frames.update(place, InsertedFrame { world_from_camera, ..frame });
+            }
         }
         self.waiting.take_over(poses);
         if let Some(new_from_old) = processed {
@@ -226,5 +229,44 @@ impl MapBuilder {
             self.carried.values_mut().for_each(|body| *body = body.transformed(&new_from_old));
         }
         newest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::poses;
+    use crate::random_session::{FRAMES, Session, Step, moved};
+
+    /// Regression: each correction copied the whole log, so that snapshots, readers and savers held it once more.
+    #[test]
+    fn what_came_before_the_corrected_frames_is_still_shared() {
+        let mut steps = vec![Step::Frame { is_detector_run: true }; FRAMES];
+        steps.extend(vec![Step::Settle; 120]);
+        let mut builder = Session::run(&steps).builder;
+        let start = builder.trajectory().last().map_or(0.0, |(_, time, _)| time);
+        for scan in 0..140_u32 {
+            let points = [[2.0, 0.1 * (scan % 10) as f32, 0.5]; 3];
+            builder.insert_scan(start + 0.1 * f64::from(scan), &points, &Pose::identity()).unwrap();
+        }
+        let [mut frames, mut events] = [0, 0];
+        // The first correction has no snapshot to begin at.
+        for metres in [0.1, 0.2] {
+            let before = builder.map.past.log.clone().unwrap();
+            let mut given = poses(&builder);
+            let last = given.len() - 3;
+            given[last..].iter_mut().for_each(|(_, pose)| *pose = moved(metres, 0.0) * *pose);
+            builder.correct_poses(&given).unwrap();
+            let log = builder.map.past.log.as_ref().unwrap();
+            (frames, events) = (log.frames.len(), log.events.len());
+            assert!(log.frames.unshared(&before.frames).all(|place| place >= 128), "{frames} frames");
+            assert!(log.events.unshared(&before.events).all(|place| place >= 256), "{events} events");
+        }
+        assert_eq!([frames, events], [FRAMES + 140, FRAMES + 120 + 140]);
+
+        let before = builder.map.past.log.clone().unwrap();
+        builder.remove(FrameId::new(frames as u64 - 1)).unwrap();
+        let log = builder.map.past.log.as_ref().unwrap();
+        assert!(log.events.unshared(&before.events).all(|place| place >= 256));
     }
 }
