@@ -100,15 +100,19 @@ impl<T> Pages<T> {
         }
     }
 
-    /// Bytes held, without what the items own.
+    /// Bytes held, without what the items own. O(1).
     pub fn memory_bytes(&self) -> usize {
-        self.memory_bytes_beside(&Self::default())
+        self.bytes_with(self.full.len())
     }
 
     /// Bytes held that another list does not share, without what the items own.
     pub fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.bytes_with(self.unshared_pages(other).filter(|(page, _)| *page < self.full.len()).count())
+    }
+
+    /// Bytes held, with so many of the full pages.
+    fn bytes_with(&self, own: usize) -> usize {
         let page = size_of::<[T; PAGE]>() + 2 * size_of::<usize>();
-        let own = self.unshared_pages(other).filter(|(page, _)| *page < self.full.len()).count();
         self.full.capacity() * size_of::<Arc<[T; PAGE]>>()
             + own * page
             + self.rest.capacity() * size_of::<T>()

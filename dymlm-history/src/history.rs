@@ -270,7 +270,7 @@ impl History {
         self.replace(index, Place::Removed);
     }
 
-    /// Bytes in memory, without what is still being packed, and the buffers of packing.
+    /// Bytes in memory, without what is still being packed, and the buffers of packing. O(1).
     pub fn memory_bytes(&self) -> usize {
         self.packed_bytes + self.slots.memory_bytes()
     }

@@ -129,7 +129,7 @@ pub(crate) fn event_bytes_beside(events: &Pages<Event>, other: &Pages<Event>) ->
 
 impl Event {
     /// Approximate bytes that the event owns.
-    fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         match self {
             Self::KeyFrame(entry) => entry.seen.memory_bytes(),
             Self::Held { object, .. } | Self::Moved { object, .. } => object.memory_bytes(),
