@@ -40,8 +40,9 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::NoHistory`]; [`Error::UnknownFrame`]; [`Error::History`] when an observation cannot be read;
-    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has
-    /// changed.
+    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach, [`Error::Octree`]
+    /// when at such a pose the rays of a frame or scan would pass too many cells; [`Error::Paging`] when the file
+    /// of a [memory budget](crate::MapConfig::memory) cannot be made, written or read. Nothing has changed.
     #[doc(alias = "loop closure")]
     pub fn correct_poses(&mut self, poses: &[(FrameId, Pose)]) -> Result<CorrectionReport, Error> {
         self.correct_poses_watched(poses, &mut |_| true)
