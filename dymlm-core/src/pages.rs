@@ -100,15 +100,19 @@ impl<T> Pages<T> {
         }
     }
 
-    /// Bytes held, without what the items own.
+    /// Bytes held, without what the items own. O(1).
     pub fn memory_bytes(&self) -> usize {
-        self.memory_bytes_beside(&Self::default())
+        self.bytes_with(self.full.len())
     }
 
     /// Bytes held that another list does not share, without what the items own.
     pub fn memory_bytes_beside(&self, other: &Self) -> usize {
+        self.bytes_with(self.unshared_pages(other).filter(|(page, _)| *page < self.full.len()).count())
+    }
+
+    /// Bytes held, with so many of the full pages.
+    fn bytes_with(&self, own: usize) -> usize {
         let page = size_of::<[T; PAGE]>() + 2 * size_of::<usize>();
-        let own = self.unshared_pages(other).filter(|(page, _)| *page < self.full.len()).count();
         self.full.capacity() * size_of::<Arc<[T; PAGE]>>()
             + own * page
             + self.rest.capacity() * size_of::<T>()
@@ -139,6 +143,16 @@ impl<T: Clone> Pages<T> {
     pub fn set(&mut self, index: usize, item: T) {
         if let Some(place) = self.get_mut(index) {
             *place = item;
+        }
+    }
+
+    /// Replaces an item by one that may be equal: then its page stays shared.
+    pub fn update(&mut self, index: usize, item: T)
+    where
+        T: PartialEq,
+    {
+        if self.get(index).is_some_and(|held| *held != item) {
+            self.set(index, item);
         }
     }
 
@@ -202,6 +216,16 @@ mod tests {
         assert!(pages.unshared(&clone).eq((64..128).chain(192..201)));
         let shared = pages.memory_bytes() - pages.memory_bytes_beside(&clone);
         assert_eq!(shared, 2 * (PAGE + 2) * size_of::<usize>());
+    }
+
+    #[test]
+    fn what_is_replaced_by_the_same_stays_shared() {
+        let mut pages: Pages<usize> = (0..200).collect();
+        let clone = pages.clone();
+        (0..250).for_each(|index| pages.update(index, index));
+        assert_eq!(pages.unshared(&clone).count(), 200 % PAGE);
+        pages.update(70, 7);
+        assert_eq!((pages[70], pages.len(), pages.unshared(&clone).count()), (7, 200, PAGE + 200 % PAGE));
     }
 
     #[test]

@@ -1,3 +1,4 @@
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,7 +22,8 @@ pub enum HistoryConfig {
     None,
     /// In memory: some 65 kB per key frame of 640x480, 8 bytes per point of a scan.
     Memory,
-    /// In a file without a name in this folder, which must exist; the file is deleted with the history.
+    /// In a file without a name in this folder, which must exist; the file is deleted with the history. What it does
+    /// not take, on a full disk, stays in memory until it does: see [`History::unfiled_bytes`].
     Folder(PathBuf),
 }
 
@@ -35,7 +37,19 @@ pub struct History {
     /// Each clone has its own: what was not yet packed when a history was cloned stays unpacked in the clone.
     packer: Packer,
     pub(crate) file: Option<Arc<ScratchFile>>,
+    /// Bytes of all packed things that are in memory.
+    packed_bytes: usize,
+    /// Numbers of what the file has refused, and which therefore stays in memory; the first one is written next.
+    unfiled: VecDeque<usize>,
+    /// Why the file has refused something last, as long as such things are in memory.
+    failure: Option<Arc<std::io::Error>>,
+    /// The disk is full.
+    #[cfg(test)]
+    is_full: bool,
 }
+
+/// Most of what a file has refused earlier that is written with one thing that it takes: so that nobody waits for long.
+const MOST_AGAIN: usize = 8;
 
 /// What is kept under a number.
 #[derive(Debug, Clone)]
@@ -94,7 +108,20 @@ impl History {
                 Some(Arc::new(file.map_err(|source| Error::Create { folder: folder.clone(), source })?))
             }
         };
-        Ok(Some(Self { slots: Pages::default(), packer: Packer::default(), file }))
+        Ok(Some(Self::in_file(file)))
+    }
+
+    fn in_file(file: Option<Arc<ScratchFile>>) -> Self {
+        Self {
+            slots: Pages::default(),
+            packer: Packer::default(),
+            file,
+            packed_bytes: 0,
+            unfiled: VecDeque::new(),
+            failure: None,
+            #[cfg(test)]
+            is_full: false,
+        }
     }
 
     /// The observation of a frame, as [`Observation::of_frame`] makes it, in the buffers of one that has been packed
@@ -161,7 +188,7 @@ impl History {
     /// An empty history that keeps things in the same place, in memory or in the same file.
     #[must_use]
     pub fn emptied(&self) -> Self {
-        Self { slots: Pages::default(), packer: Packer::default(), file: self.file.clone() }
+        Self::in_file(self.file.clone())
     }
 
     /// Keeps what another history keeps under a number; returns its number here. Bytes that are in memory or
@@ -182,9 +209,12 @@ impl History {
             Place::Whole(kept) => return Ok(self.keep_as(identity, kept.clone())),
             &Place::Filed { offset, length } if is_same_file => Place::Filed { offset, length },
             Place::Packed(packed) if self.file.is_none() => Place::Packed(Arc::clone(packed)),
-            place => self.put_away(other.read(index, place)?.to_vec().into()),
+            place => {
+                let packed = other.read(index, place)?;
+                self.put_away(self.slots.len(), packed)
+            }
         };
-        self.slots.push(Slot { identity, place });
+        self.push_slot(Slot { identity, place });
         Ok(self.slots.len() - 1)
     }
 
@@ -237,18 +267,23 @@ impl History {
 
     /// Forgets an observation or a scan. Its bytes in a file stay until the history is dropped.
     pub fn remove(&mut self, index: usize) {
-        if let Some(slot) = self.slots.get_mut(index) {
-            slot.place = Place::Removed;
-        }
+        self.replace(index, Place::Removed);
     }
 
-    /// Bytes in memory, without what is still being packed, and the buffers of packing.
+    /// Bytes in memory, without what is still being packed, and the buffers of packing. O(1).
     pub fn memory_bytes(&self) -> usize {
-        let packed = self.slots.iter().map(|slot| match &slot.place {
-            Place::Packed(packed) => packed.len(),
-            _ => 0,
-        });
-        packed.sum::<usize>() + self.slots.memory_bytes()
+        self.packed_bytes + self.slots.memory_bytes()
+    }
+
+    /// Bytes in memory that belong into the file of [`HistoryConfig::Folder`], but could not be written: the disk
+    /// is full, say. They go there as soon as the file takes something again. 0 for a history in memory.
+    pub fn unfiled_bytes(&self) -> usize {
+        if self.file.is_some() { self.packed_bytes } else { 0 }
+    }
+
+    /// Why the file has refused something last; `None` once everything that it had refused is written.
+    pub fn failure(&self) -> Option<&std::io::Error> {
+        self.failure.as_deref()
     }
 
     /// Waits until everything is packed.
@@ -257,24 +292,131 @@ impl History {
         self.take_packed();
     }
 
-    /// Puts what has been packed into its slot. What cannot be written to the file stays in memory.
+    /// Puts what has been packed into its slot. What cannot be written to the file stays in memory until the file
+    /// takes something again.
     fn take_packed(&mut self) {
         while let Some((index, packed)) = self.packer.next() {
-            let is_awaited = matches!(self.place(index), Some(Place::Whole(_)));
-            let place = is_awaited.then(|| self.put_away(packed));
-            if let Some((slot, place)) = self.slots.get_mut(index).zip(place)
-                && let Place::Whole(kept) = std::mem::replace(&mut slot.place, place)
-            {
-                self.packer.recycle(kept);
+            if matches!(self.place(index), Some(Place::Whole(_))) {
+                let place = self.put_away(index, packed.into());
+                let is_filed = matches!(place, Place::Filed { .. });
+                if let Some(Place::Whole(kept)) = self.replace(index, place) {
+                    self.packer.recycle(kept);
+                }
+                if is_filed {
+                    self.file_again();
+                }
             }
         }
     }
 
-    /// Puts packed bytes into the file; without a file, or if it cannot be written, they stay in memory.
-    pub(crate) fn put_away(&self, packed: Box<[u8]>) -> Place {
-        match self.file.as_ref().and_then(|file| file.append(&packed).ok()) {
-            Some(offset) => Place::Filed { offset, length: packed.len() },
-            None => Place::Packed(packed.into()),
+    /// Puts the packed bytes of a number into the file; without a file, or if it cannot be written, they stay in
+    /// memory.
+    pub(crate) fn put_away(&mut self, index: usize, packed: Arc<[u8]>) -> Place {
+        match self.append(&packed) {
+            None => Place::Packed(packed),
+            Some(Ok(place)) => place,
+            Some(Err(failure)) => {
+                self.failure = Some(Arc::new(failure));
+                self.unfiled.push_back(index);
+                Place::Packed(packed)
+            }
+        }
+    }
+
+    /// Writes some of what the file had refused, when it takes things again.
+    fn file_again(&mut self) {
+        for _ in 0..MOST_AGAIN {
+            let Some(&index) = self.unfiled.front() else { break };
+            // What has been removed meanwhile needs no place.
+            if let Some(Place::Packed(packed)) = self.place(index) {
+                match self.append(packed) {
+                    Some(Ok(place)) => _ = self.replace(index, place),
+                    Some(Err(failure)) => {
+                        self.failure = Some(Arc::new(failure));
+                        return;
+                    }
+                    None => return,
+                }
+            }
+            self.unfiled.pop_front();
+        }
+        if self.unfiled.is_empty() {
+            self.failure = None;
+        }
+    }
+
+    /// Writes bytes into the file, if there is one.
+    fn append(&self, bytes: &[u8]) -> Option<std::io::Result<Place>> {
+        let file = self.file.as_ref()?;
+        #[cfg(test)]
+        if self.is_full {
+            return Some(Err(std::io::ErrorKind::StorageFull.into()));
+        }
+        Some(file.append(bytes).map(|offset| Place::Filed { offset, length: bytes.len() }))
+    }
+
+    /// Keeps something elsewhere; returns where it was kept.
+    fn replace(&mut self, index: usize, place: Place) -> Option<Place> {
+        let slot = self.slots.get_mut(index)?;
+        let now = place.packed_bytes();
+        let before = std::mem::replace(&mut slot.place, place);
+        self.packed_bytes = self.packed_bytes + now - before.packed_bytes();
+        Some(before)
+    }
+
+    pub(crate) fn push_slot(&mut self, slot: Slot) {
+        self.packed_bytes += slot.place.packed_bytes();
+        self.slots.push(slot);
+    }
+}
+
+impl Place {
+    /// Bytes of packed things in memory.
+    fn packed_bytes(&self) -> usize {
+        if let Self::Packed(packed) = self { packed.len() } else { 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scan(number: u8) -> Arc<[Point]> {
+        (0..500).map(|i| [number.into(), (0.37 * i as f32).sin(), 0.1 * i as f32]).collect()
+    }
+
+    /// Regression: what a full disk had refused stayed in memory for good, and nobody was told.
+    #[test]
+    fn what_a_full_disk_refused_is_filed_when_there_is_room_again() {
+        let mut history = History::new(&HistoryConfig::Folder(std::env::temp_dir())).unwrap().unwrap();
+        let keep = |history: &mut History, numbers: std::ops::Range<u8>| {
+            for number in numbers {
+                history.push_scan(scan(number));
+                history.settle();
+            }
+        };
+        keep(&mut history, 0..3);
+        assert!(history.unfiled_bytes() == 0 && history.failure().is_none());
+        history.is_full = true;
+        keep(&mut history, 3..30);
+        let (refused, before) = (history.unfiled_bytes(), history.memory_bytes());
+        assert!(refused > 27 * 500, "{refused} bytes");
+        assert!(history.failure().is_some_and(|failure| failure.kind() == std::io::ErrorKind::StorageFull));
+        history.remove(4);
+        assert!(history.unfiled_bytes() < refused);
+        // A clone keeps them as well as it can.
+        let clone = history.clone();
+        history.is_full = false;
+        // A few with each thing that the file takes.
+        keep(&mut history, 30..31);
+        assert!((1..refused).contains(&history.unfiled_bytes()) && history.failure().is_some());
+        keep(&mut history, 31..35);
+        assert!(history.unfiled_bytes() == 0 && history.failure().is_none());
+        assert!(history.memory_bytes() < before);
+        for (history, kept) in [(&history, 35), (&clone, 30)] {
+            for number in (0..kept).filter(|number| *number != 4) {
+                assert!(history.scan(number.into()).unwrap() == scan(number), "{number}");
+            }
         }
     }
 }

@@ -67,7 +67,9 @@ impl History {
             let before = if part == HEAD {
                 head.replace(bytes).map(|_| ())
             } else {
-                kept.insert(part, history.put_away(bytes.into())).map(|_| ())
+                // The part of number n is n + 1.
+                let place = history.put_away((part - 1) as usize, bytes.into());
+                kept.insert(part, place).map(|_| ())
             };
             if before.is_some() {
                 return Err(DamagedState::new(part, "it is there twice").into());
@@ -86,7 +88,7 @@ impl History {
                 None if removed.binary_search(&index).is_ok() => Place::Removed,
                 None => return Err(DamagedState::new(part_of(index), "it is missing").into()),
             };
-            history.slots.push(Slot::new(place));
+            history.push_slot(Slot::new(place));
         }
         Ok(Some(history))
     }

@@ -12,9 +12,9 @@ use crate::pose::{PoseArgument, PyPose};
 #[pyclass(frozen, get_all, name = "CorrectionReport", module = "dymlm")]
 #[derive(Debug, Clone)]
 pub(crate) struct PyCorrectionReport {
-    /// Key frames in the maps.
+    /// Key frames and scans in the maps.
     key_frames: usize,
-    /// Key frames whose pose has changed.
+    /// Key frames and scans whose pose has changed.
     moved_key_frames: usize,
     /// Upper bound of how far a reading has moved, metres.
     largest_motion: f64,

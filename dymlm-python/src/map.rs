@@ -195,7 +195,8 @@ impl PyMap {
     }
 
     /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-    /// and of the maps that readers see ("published").
+    /// and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+    /// has refused, on a full disk.
     fn memory(&self) -> BTreeMap<&'static str, usize> {
         memory_of(self.maps().memory())
     }
@@ -312,6 +313,7 @@ pub(crate) fn memory_of(memory: MapMemory) -> BTreeMap<&'static str, usize> {
         ("planes", memory.planes),
         ("objects", memory.objects),
         ("history", memory.history),
+        ("unfiled_history", memory.unfiled_history),
         ("snapshots", memory.snapshots),
         ("published", memory.published),
     ])

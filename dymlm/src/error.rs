@@ -102,6 +102,23 @@ pub enum Error {
     #[cfg(feature = "refine")]
     #[error("the poses cannot be refined: {0}")]
     Refinement(#[from] dymlm_refine::Error),
+    /// A loop closure ties key frames, and the maps have none.
+    #[cfg(feature = "refine")]
+    #[error("a loop closure ties key frames, and no key frame is in the maps")]
+    NoKeyFrames,
+    /// A standard deviation of a loop closure is not positive, or too small to be squared.
+    #[cfg(feature = "refine")]
+    #[error(
+        "loop closure {closure}: deviations must be positive, not {rotation} (rotation) and {translation}"
+    )]
+    LoopClosureDeviations {
+        /// The closure, by its place in the list.
+        closure: usize,
+        /// That of the rotation, radians.
+        rotation: f64,
+        /// That of the translation, metres.
+        translation: f64,
+    },
     /// A further round of refining the poses has failed. The maps are as the rounds before it have made them.
     #[cfg(feature = "refine")]
     #[error("the poses cannot be refined further: {source}")]

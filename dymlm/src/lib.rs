@@ -61,6 +61,7 @@ mod key_frames;
 mod late_detections;
 mod logged_sessions;
 mod map_builder;
+mod map_bytes;
 mod map_changes;
 mod map_config;
 mod map_counts;

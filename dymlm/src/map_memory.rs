@@ -21,6 +21,11 @@ pub struct MapMemory {
     pub objects: usize,
     /// What is kept of frames, key frames and scans.
     pub history: usize,
+    /// The part of `history` that belongs into a [folder](dymlm_history::HistoryConfig::Folder) but could not be
+    /// written: the disk is full, say, and says [why](MultiLevelMap::history_failure). It goes there as soon as the
+    /// file takes something again.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub unfiled_history: usize,
     /// Earlier states of the maps, from which a correction begins, besides what they share with the maps: a
     /// builder has them, a map has none.
     pub snapshots: usize,
@@ -46,8 +51,15 @@ impl MultiLevelMap {
             planes: self.planes.memory_bytes(),
             objects: self.objects.map().memory_bytes(),
             history: self.past.log.as_ref().map_or(0, SessionLog::memory_bytes),
+            unfiled_history: self.past.log.as_ref().map_or(0, |log| log.history.unfiled_bytes()),
             ..MapMemory::default()
         }
+    }
+
+    /// Why the file of the [history](crate::MapConfig::history) has refused something last, while such things stay
+    /// in memory ([`MapMemory::unfiled_history`]); `None` when all is written.
+    pub fn history_failure(&self) -> Option<&std::io::Error> {
+        self.past.log.as_ref()?.history.failure()
     }
 
     /// How much memory each map takes that another state of it does not share, without the history.

@@ -4,7 +4,7 @@ use dymlm_cloud::CloudPager;
 #[cfg(feature = "io")]
 use dymlm_planes::PlaneMap;
 
-use crate::session_log::SessionLog;
+use crate::map_bytes::MapBytes;
 use crate::snapshots::Snapshots;
 use crate::{Error, MemoryConfig, MultiLevelMap};
 
@@ -20,6 +20,8 @@ struct Budgeted {
     budget: usize,
     /// Its file, or rather the cloud's, also takes what key frames have seen of planes.
     cloud: CloudPager,
+    /// Of the maps beside the cloud.
+    others: MapBytes,
 }
 
 impl MapPager {
@@ -27,7 +29,7 @@ impl MapPager {
         let Some(budget) = config.budget else { return Ok(Self { budgeted: None }) };
         let folder = config.path.clone().unwrap_or_else(std::env::temp_dir);
         let cloud = CloudPager::new(&folder).map_err(Error::Paging)?;
-        Ok(Self { budgeted: Some(Budgeted { budget, cloud }) })
+        Ok(Self { budgeted: Some(Budgeted { budget, cloud, others: MapBytes::default() }) })
     }
 
     /// Must be called once a frame. What is paged out of the maps is paged out of their snapshots as well.
@@ -36,18 +38,15 @@ impl MapPager {
         map: &mut MultiLevelMap,
         snapshots: &mut Snapshots,
     ) -> Result<(), Error> {
-        let Some(Budgeted { budget, cloud: pager }) = &mut self.budgeted else { return Ok(()) };
-        let MultiLevelMap { cloud, octree, planes, objects, past, .. } = map;
-        let mut has_counted = false;
+        let Some(Budgeted { budget, cloud: pager, others }) = &mut self.budgeted else { return Ok(()) };
+        others.go_on(map);
+        let mut is_asked = false;
         let budget = || {
-            has_counted = true;
-            let history = past.log.as_ref().map_or(0, SessionLog::memory_bytes);
-            let others =
-                octree.memory_bytes() + planes.memory_bytes() + objects.map().memory_bytes() + history;
-            budget.saturating_sub(others)
+            is_asked = true;
+            budget.saturating_sub(others.total())
         };
-        pager.page_out(cloud, budget).map_err(Error::Paging)?;
-        if has_counted {
+        pager.page_out(&mut map.cloud, budget).map_err(Error::Paging)?;
+        if is_asked {
             // Whatever the budget: they are seldom asked, and grow with the hours.
             let file = map.cloud.page_file().unwrap_or(pager.file());
             map.planes.page_out(file).map_err(Error::Paging)?;
@@ -67,7 +66,7 @@ impl MapPager {
     /// leave of the budget.
     #[cfg(feature = "io")]
     pub(crate) fn page_out_loaded(&mut self, loader: &mut CloudLoader, others: usize) -> Result<(), Error> {
-        let Some(Budgeted { budget, cloud: pager }) = &mut self.budgeted else { return Ok(()) };
+        let Some(Budgeted { budget, cloud: pager, .. }) = &mut self.budgeted else { return Ok(()) };
         loader.page_out(pager, budget.saturating_sub(others)).map_err(Error::Paging)
     }
 }

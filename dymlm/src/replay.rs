@@ -53,8 +53,8 @@ impl<'a> Replay<'a> {
         &self.map
     }
 
-    /// Replays all events that follow. `watch` is told before each batch of key frames how many will have
-    /// been mapped after it, and returns whether to go on.
+    /// Replays all events that follow. `watch` is told before each batch of key frames and before each scan how
+    /// many of both will have been mapped after it, and returns whether to go on.
     pub(crate) fn run(
         mut self,
         context: &MappingContext<'_>,
@@ -72,23 +72,26 @@ impl<'a> Replay<'a> {
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<(), Error> {
         let rest = self.log.events.iter_from(self.events.len()).take(end.saturating_sub(self.events.len()));
-        let mut progress = CorrectionProgress { done: 0, total: rest.filter_map(Event::key_frame).count() };
+        let mut progress = CorrectionProgress { done: 0, total: rest.filter_map(Event::mapped).count() };
         while let Some(event) = self.log.events.get(self.events.len()).filter(|_| self.events.len() < end) {
             let batch = self.next_batch(end);
             for _ in 0..batch.len().max(1) {
                 self.pager.page_out(&mut self.map, self.snapshots)?;
             }
-            if batch.is_empty() {
-                self.replay_event(event, context)?;
-                continue;
-            }
-            progress.done += batch.len();
-            if !watch(progress) {
+            let mapped = if batch.is_empty() { usize::from(event.mapped().is_some()) } else { batch.len() };
+            progress.done += mapped;
+            if mapped > 0 && !watch(progress) {
                 return Err(Error::Cancelled);
             }
-            self.map_batch(&batch, end, context)?;
-            let following = progress.total - progress.done;
-            self.snapshots.take_in_replay_when_due(batch.len(), following, &self.map, &self.events);
+            if batch.is_empty() {
+                self.replay_event(event, context)?;
+            } else {
+                self.map_batch(&batch, end, context)?;
+            }
+            if mapped > 0 {
+                let following = progress.total - progress.done;
+                self.snapshots.take_in_replay_when_due(mapped, following, &self.map, &self.events);
+            }
         }
         Ok(())
     }

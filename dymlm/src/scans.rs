@@ -62,6 +62,9 @@ impl MapBuilder {
         if let Some(log) = &mut self.map.past.log {
             log.add_scan(id, points);
         }
+        if let Some(log) = &self.map.past.log {
+            self.snapshots.take_when_due(&self.map, &log.events);
+        }
         self.map.change();
         self.publisher.publish_when_due(map_time, self.config.publish_interval, &mut self.map);
         let mut report = FrameReport::waiting(id, timestamp);

@@ -24,7 +24,7 @@ pub(crate) struct SessionLog {
     pub(crate) events: Pages<Event>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "io", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct InsertedFrame {
     /// Time on the clock of its session, seconds.
@@ -129,7 +129,7 @@ pub(crate) fn event_bytes_beside(events: &Pages<Event>, other: &Pages<Event>) ->
 
 impl Event {
     /// Approximate bytes that the event owns.
-    fn memory_bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         match self {
             Self::KeyFrame(entry) => entry.seen.memory_bytes(),
             Self::Held { object, .. } | Self::Moved { object, .. } => object.memory_bytes(),
@@ -154,7 +154,6 @@ impl Event {
     }
 
     /// The frame that a replay of the event needs, if it needs one.
-    #[cfg(feature = "io")]
     pub(crate) fn frame(&self) -> Option<FrameId> {
         match self {
             Self::Forgot { newest, .. } | Self::Moved { newest, .. } => Some(*newest),
@@ -251,13 +250,15 @@ impl SeenThings {
         })
     }
 
-    /// Renames planes and objects.
-    pub(crate) fn rename(&mut self, planes: &mut Succession<PlaneId>, objects: &mut Succession<ObjectId>) {
-        for id in &mut self.planes {
-            *id = planes.of(*id);
-        }
-        for (_, id) in &mut self.objects {
-            *id = objects.of(*id);
+    /// The same things by the names that they have from now on.
+    pub(crate) fn renamed(
+        &self,
+        planes: &mut Succession<PlaneId>,
+        objects: &mut Succession<ObjectId>,
+    ) -> Self {
+        Self {
+            planes: self.planes.iter().map(|id| planes.of(*id)).collect(),
+            objects: self.objects.iter().map(|&(detection, id)| (detection, objects.of(id))).collect(),
         }
     }
 

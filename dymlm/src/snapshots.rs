@@ -3,15 +3,15 @@ use dymlm_core::Pages;
 use crate::MultiLevelMap;
 use crate::session_log::{Event, event_bytes_beside};
 
-/// Number of key frames from one snapshot to the next.
+/// Number of key frames and scans from one snapshot to the next.
 const INTERVAL: usize = 5;
 /// Number of intervals for which every second snapshot is kept, and for which the others are. A local
-/// optimization moves the last ten key frames or so; older snapshots would share less and less with the maps,
+/// optimization moves the last ten key frames or scans or so; older snapshots would share less and less with the maps,
 /// and take their memory once more.
 const LIVES: [u64; 2] = [6, 3];
-/// Number of key frames for which a snapshot is kept at most.
+/// Number of key frames and scans for which a snapshot is kept at most.
 const LONGEST_LIFE: usize = INTERVAL * LIVES[0] as usize;
-/// Number of key frames without a late correction after which no more snapshots are taken.
+/// Number of key frames and scans without a late correction after which no more snapshots are taken.
 const PATIENCE: usize = 300;
 
 /// The maps as they were in the middle of a session: a state from which the session can be replayed.
@@ -25,7 +25,7 @@ pub(crate) struct Snapshot {
 }
 
 /// Some recent states of the session, the closer together the younger they are, so that a correction of the
-/// last key frames replays not many more than those. They share with the maps what has not changed since.
+/// last key frames and scans replays not many more than those. They share with the maps what has not changed since.
 ///
 /// They are taken from the first such correction on, since what they share is copied when it changes: callers
 /// who only close loops should not pay for that, and a SLAM that optimizes its last frames does so from its
@@ -35,9 +35,9 @@ pub(crate) struct Snapshot {
 pub(crate) struct Snapshots {
     /// The oldest first.
     taken: Vec<Snapshot>,
-    /// Key frames since the last snapshot.
-    key_frames: usize,
-    /// Number of key frames for which snapshots are still taken if no correction uses them.
+    /// Key frames and scans since the last snapshot.
+    mapped: usize,
+    /// Number of key frames and scans for which snapshots are still taken if no correction uses them.
     patience: usize,
 }
 
@@ -46,11 +46,11 @@ impl Snapshots {
     /// early correction then need not replay the sessions before.
     pub(crate) fn at_the_beginning_of(map: &MultiLevelMap, events: &Pages<Event>) -> Self {
         let beginning = Snapshot { map: map.without_past(), events: events.clone(), number: 1 };
-        Self { taken: vec![beginning], key_frames: 0, patience: PATIENCE }
+        Self { taken: vec![beginning], mapped: 0, patience: PATIENCE }
     }
 
-    /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames have been mapped
-    /// since the last one, and drops old ones.
+    /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames and scans have been
+    /// mapped since the last one, and drops old ones. Must be called after each of them.
     pub(crate) fn take_when_due(&mut self, map: &MultiLevelMap, events: &Pages<Event>) {
         self.patience = self.patience.saturating_sub(1);
         if self.patience == 0 {
@@ -60,8 +60,8 @@ impl Snapshots {
         self.take(1, map, events);
     }
 
-    /// The same in a replay, in which `following` key frames are yet to be mapped again: snapshots that would
-    /// be dropped before its end are not taken. Its key frames are no new ones, and try nobody's patience.
+    /// The same in a replay, in which `following` key frames and scans are yet to be mapped again: snapshots that
+    /// would be dropped before its end are not taken. What it maps is not new, and tries nobody's patience.
     pub(crate) fn take_in_replay_when_due(
         &mut self,
         replayed: usize,
@@ -74,20 +74,20 @@ impl Snapshots {
         }
     }
 
-    fn take(&mut self, new_key_frames: usize, map: &MultiLevelMap, events: &Pages<Event>) {
-        self.key_frames += new_key_frames;
-        if self.key_frames < INTERVAL {
+    fn take(&mut self, newly_mapped: usize, map: &MultiLevelMap, events: &Pages<Event>) {
+        self.mapped += newly_mapped;
+        if self.mapped < INTERVAL {
             return;
         }
-        self.key_frames = 0;
+        self.mapped = 0;
         let number = self.taken.last().map_or(1, |last| last.number + 1);
         self.taken.push(Snapshot { map: map.without_past(), events: events.clone(), number });
         self.taken.retain(|snapshot| number - snapshot.number < LIVES[(snapshot.number % 2) as usize]);
     }
 
-    /// Notes a correction that maps the last `key_frames` key frames again.
-    pub(crate) fn note_correction(&mut self, key_frames: usize) {
-        if key_frames <= LONGEST_LIFE {
+    /// Notes a correction after whose first change `mapped` key frames and scans have come.
+    pub(crate) fn note_correction(&mut self, mapped: usize) {
+        if mapped <= LONGEST_LIFE {
             self.patience = PATIENCE;
         }
     }
@@ -106,7 +106,7 @@ impl Snapshots {
     /// Drops the snapshots that were taken after an event, because the event has changed.
     pub(crate) fn forget_behind(&mut self, event: usize) {
         self.taken.retain(|snapshot| snapshot.events.len() <= event);
-        self.key_frames = 0;
+        self.mapped = 0;
     }
 
     /// Approximate bytes that snapshots hold besides what they share with each other and with the maps.

@@ -390,7 +390,8 @@ class MapBuilder:
 
     def memory(self) -> dict[str, int]:
         """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published").
+        and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+        has refused, on a full disk.
         """
 
     def static_mask(self) -> NDArray[np.bool_]:
@@ -642,11 +643,11 @@ class CorrectionReport:
 
     @property
     def key_frames(self) -> int:
-        """Key frames in the maps."""
+        """Key frames and scans in the maps."""
 
     @property
     def moved_key_frames(self) -> int:
-        """Key frames whose pose has changed."""
+        """Key frames and scans whose pose has changed."""
 
     @property
     def largest_motion(self) -> float:
@@ -809,7 +810,8 @@ class Map:
 
     def memory(self) -> dict[str, int]:
         """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published").
+        and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+        has refused, on a full disk.
         """
 
     @property

@@ -7,7 +7,7 @@ use super::rebuilt::{Rebuilt, Renaming};
 use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::replay::Replay;
-use crate::session_log::Event;
+use crate::session_log::{Event, InsertedFrame};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -23,8 +23,8 @@ impl MapBuilder {
     /// [`new_from_old`](CorrectionReport::new_from_old).
     ///
     /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
-    /// movers and planes: when the first one that moved is among the last twenty, at most twice as many as
-    /// have come since (but for the first correction of that kind), else all.
+    /// movers and planes, and scans with them: when the first one that moved is among the last twenty of both, at
+    /// most twice as many as have come since (but for the first correction of that kind), else all.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
@@ -40,8 +40,9 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::NoHistory`]; [`Error::UnknownFrame`]; [`Error::History`] when an observation cannot be read;
-    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has
-    /// changed.
+    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach, [`Error::Octree`]
+    /// when at such a pose the rays of a frame or scan would pass too many cells; [`Error::Paging`] when the file
+    /// of a [memory budget](crate::MapConfig::memory) cannot be made, written or read. Nothing has changed.
     #[doc(alias = "loop closure")]
     pub fn correct_poses(&mut self, poses: &[(FrameId, Pose)]) -> Result<CorrectionReport, Error> {
         self.correct_poses_watched(poses, &mut |_| true)
@@ -82,13 +83,12 @@ impl MapBuilder {
         }
         let is_it = |event: &Event| event.mapped() == Some(frame);
         let Some(place) = log.events.iter().position(is_it) else {
-            let key_frames = log.key_frames().count();
             self.waiting.remove(frame);
-            return Ok(CorrectionReport::unchanged(key_frames));
+            return Ok(CorrectionReport::unchanged(log));
         };
         let before = log.events.clone();
-        let without = before.first(place).iter().chain(before.iter_from(place + 1)).cloned().collect();
-        log.events = without;
+        log.events = before.first(place);
+        before.iter_from(place + 1).for_each(|event| log.events.push(event.clone()));
         let poses: Vec<Pose> = log.poses().collect();
         let report = self.correct_from(Some(place), &poses, &mut |_| true);
         if let Some(log) = &mut self.map.past.log {
@@ -133,14 +133,15 @@ impl MapBuilder {
         let has_moved = |frame: FrameId| {
             log.frame(frame).map(|frame| frame.world_from_camera) != poses.get(frame.get() as usize).copied()
         };
-        let first_moved = log.events.iter().position(|event| event.mapped().is_some_and(has_moved));
+        // A frame that is in no map any more may still be the one from which an event's place is known.
+        let first_moved = log.events.iter().position(|event| event.frame().is_some_and(has_moved));
         let first_changed = first_moved.into_iter().chain(changed).min();
         for waiting in self.waiting.iter() {
             self.check_pose(&waiting.frame, &poses[waiting.id.get() as usize])?;
         }
         let mut report = match first_changed {
             Some(first_changed) => self.rebuild(first_changed, poses, watch)?,
-            None => CorrectionReport::unchanged(log.key_frames().count()),
+            None => CorrectionReport::unchanged(log),
         };
         report.new_from_old = self.take_over(poses);
         if first_changed.is_some() {
@@ -170,7 +171,7 @@ impl MapBuilder {
         log.events = rebuilt.events;
 
         let before: Vec<Pose> = log.poses().collect();
-        let mut report = CorrectionReport::unchanged(log.key_frames().count());
+        let mut report = CorrectionReport::unchanged(log);
         report.note_motions(log, config.sensor.max_depth, [&before, poses]);
         (report.planes, report.objects) = (rebuilt.planes, rebuilt.objects);
         Ok(report)
@@ -187,7 +188,7 @@ impl MapBuilder {
         let Self { map: before, snapshots, config, preprocessor, .. } = self;
         let log = before.past.log.as_ref().ok_or(Error::NoHistory)?;
         let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
-        snapshots.note_correction(log.events.iter_from(first_changed).filter_map(Event::key_frame).count());
+        snapshots.note_correction(log.events.iter_from(first_changed).filter_map(Event::mapped).count());
         snapshots.forget_behind(first_changed);
         let (map, events) = match snapshots.newest() {
             Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),
@@ -212,8 +213,11 @@ impl MapBuilder {
         for carried in self.carried.values_mut() {
             carried.follow(motion, given);
         }
-        for (frame, pose) in log.frames.iter_mut().zip(poses) {
-            frame.world_from_camera = *pose;
+        for (place, &world_from_camera) in poses.iter().enumerate() {
+            // Pages of frames that have stayed are still shared with what others hold of the log.
+            if let Some(&frame) = log.frames.get(place) {
+                log.frames.update(place, InsertedFrame { world_from_camera, ..frame });
+            }
         }
         self.waiting.take_over(poses);
         if let Some(new_from_old) = processed {
@@ -221,5 +225,44 @@ impl MapBuilder {
             self.key_frames.move_world(&new_from_old);
         }
         given.unwrap_or_else(Pose::identity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::poses;
+    use crate::random_session::{FRAMES, Session, Step, moved};
+
+    /// Regression: each correction copied the whole log, so that snapshots, readers and savers held it once more.
+    #[test]
+    fn what_came_before_the_corrected_frames_is_still_shared() {
+        let mut steps = vec![Step::Frame { is_detector_run: true }; FRAMES];
+        steps.extend(vec![Step::Settle; 120]);
+        let mut builder = Session::run(&steps).builder;
+        let start = builder.trajectory().last().map_or(0.0, |(_, time, _)| time);
+        for scan in 0..140_u32 {
+            let points = [[2.0, 0.1 * (scan % 10) as f32, 0.5]; 3];
+            builder.insert_scan(start + 0.1 * f64::from(scan), &points, &Pose::identity()).unwrap();
+        }
+        let [mut frames, mut events] = [0, 0];
+        // The first correction has no snapshot to begin at.
+        for metres in [0.1, 0.2] {
+            let before = builder.map.past.log.clone().unwrap();
+            let mut given = poses(&builder);
+            let last = given.len() - 3;
+            given[last..].iter_mut().for_each(|(_, pose)| *pose = moved(metres, 0.0) * *pose);
+            builder.correct_poses(&given).unwrap();
+            let log = builder.map.past.log.as_ref().unwrap();
+            (frames, events) = (log.frames.len(), log.events.len());
+            assert!(log.frames.unshared(&before.frames).all(|place| place >= 128), "{frames} frames");
+            assert!(log.events.unshared(&before.events).all(|place| place >= 256), "{events} events");
+        }
+        assert_eq!([frames, events], [FRAMES + 140, FRAMES + 120 + 140]);
+
+        let before = builder.map.past.log.clone().unwrap();
+        builder.remove(FrameId::new(frames as u64 - 1)).unwrap();
+        let log = builder.map.past.log.as_ref().unwrap();
+        assert!(log.events.unshared(&before.events).all(|place| place >= 256));
     }
 }

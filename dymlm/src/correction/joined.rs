@@ -33,11 +33,9 @@ impl JoinedCorrections {
         self.objects.add(&report.objects);
     }
 
-    /// What the corrections have done together, with the maps after the last.
-    pub(crate) fn report(&self, now: &MultiLevelMap) -> CorrectionReport {
-        let key_frames = now.past.log.iter().flat_map(SessionLog::key_frames);
-        let mut report = CorrectionReport::unchanged(key_frames.count());
-        let Some(log) = &now.past.log else { return report };
+    /// What the corrections have done together, with the maps after the last and their log.
+    pub(crate) fn report(&self, now: &MultiLevelMap, log: &SessionLog) -> CorrectionReport {
+        let mut report = CorrectionReport::unchanged(log);
         let poses: Vec<Pose> = log.poses().collect();
         report.note_motions(log, now.config.sensor.max_depth, [&self.poses, &poses]);
         if let Some((old, new)) = self.poses.last().zip(poses.last()).filter(|(old, new)| old != new) {

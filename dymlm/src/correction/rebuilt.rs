@@ -4,7 +4,7 @@ use super::identities::Identities;
 use super::report::ThingChanges;
 use super::thing_changes::{objects_changed, planes_changed};
 use crate::MultiLevelMap;
-use crate::session_log::{Event, SeenThings, SessionLog};
+use crate::session_log::{Event, KeyFrameEntry, SeenThings, SessionLog};
 
 /// Maps that were built again, whose things have new ids, beside the maps before.
 pub(super) struct Renaming<'a> {
@@ -13,7 +13,7 @@ pub(super) struct Renaming<'a> {
     pub(super) before: &'a MultiLevelMap,
     /// The new maps, without their past.
     pub(super) map: MultiLevelMap,
-    /// The same events with the new ids.
+    /// The same events, of key frames with what they have seen in the new maps, by its new ids.
     pub(super) events: Pages<Event>,
 }
 
@@ -21,6 +21,7 @@ pub(super) struct Renaming<'a> {
 pub(super) struct Rebuilt {
     /// The new maps, without their past.
     pub(super) map: MultiLevelMap,
+    /// What has happened, with the things by their old ids. It shares with the log before what has stayed the same.
     pub(super) events: Pages<Event>,
     pub(super) planes: ThingChanges<PlaneId>,
     pub(super) objects: ThingChanges<ObjectId>,
@@ -60,21 +61,25 @@ impl<'a> Renaming<'a> {
             [before.objects.ids_given(), now.objects.ids_given()],
             ObjectId::new,
         );
-        for entry in self.events.iter_mut().filter_map(Event::key_frame_mut) {
-            entry.seen.rename(&mut plane_ids, &mut object_ids);
+        // All names in the order of the log, before any other.
+        for entry in self.events.iter().filter_map(Event::key_frame) {
+            entry.seen.renamed(&mut plane_ids, &mut object_ids);
         }
         self.map.objects.succeed(&before.objects, &mut object_ids, &objects.merged, &mut plane_ids);
         self.map.planes.succeed(&before.planes, &mut plane_ids, &planes.merged);
         let is_in_map = |object| self.map.objects().object(object).is_some();
-        let entries = self.events.iter_mut().filter_map(Event::key_frame_mut);
-        for (old, new) in self.log.key_frames().zip(entries) {
-            new.seen.remember(&old.seen, is_in_map);
+        let mut events = self.log.events.clone();
+        for (place, (old, new)) in self.log.events.iter().zip(self.events.iter()).enumerate() {
+            let Some((old, new)) = old.key_frame().zip(new.key_frame()) else { continue };
+            let mut seen = new.seen.renamed(&mut plane_ids, &mut object_ids);
+            seen.remember(&old.seen, is_in_map);
+            events.update(place, Event::KeyFrame(KeyFrameEntry { seen, ..*old }));
         }
         Rebuilt {
             planes: planes_changed(&planes, &plane_ids, before, &self.map),
             objects: objects_changed(&objects, &object_ids, before, &self.map),
             map: self.map,
-            events: self.events,
+            events,
         }
     }
 }

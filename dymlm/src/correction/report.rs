@@ -1,17 +1,17 @@
-use dymlm_core::{ObjectId, PlaneId, Pose};
+use dymlm_core::{FrameId, ObjectId, PlaneId, Pose};
 
-use crate::session_log::{KeyFrameEntry, SessionLog};
+use crate::session_log::{Event, SessionLog};
 
 /// What a correction of poses has done.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct CorrectionReport {
-    /// Key frames in the maps.
+    /// Key frames and scans in the maps.
     pub key_frames: usize,
-    /// Key frames whose pose has changed.
+    /// Key frames and scans whose pose has changed.
     pub moved_key_frames: usize,
-    /// Bound of how far a reading has moved by the change of its key frame's pose, metres: the largest sum of
+    /// Bound of how far a reading has moved by the change of its frame's or scan's pose, metres: the largest sum of
     /// the translation, and the rotation times the sensor's range.
     pub largest_motion: f64,
     /// The motion of the newest frame, `new_from_old`, with which everything moves that goes on from it: the poses
@@ -26,9 +26,9 @@ pub struct CorrectionReport {
 
 impl CorrectionReport {
     /// The report when the maps are as they were.
-    pub(super) fn unchanged(key_frames: usize) -> Self {
+    pub(super) fn unchanged(log: &SessionLog) -> Self {
         Self {
-            key_frames,
+            key_frames: log.events.iter().filter_map(Event::mapped).count(),
             moved_key_frames: 0,
             largest_motion: 0.0,
             new_from_old: Pose::identity(),
@@ -37,14 +37,14 @@ impl CorrectionReport {
         }
     }
 
-    /// Notes how the key frames have moved; `old` and `new`: the poses of all frames, by id.
+    /// Notes how the key frames and scans have moved; `old` and `new`: the poses of all frames, by id.
     pub(super) fn note_motions(&mut self, log: &SessionLog, max_depth: f32, [old, new]: [&[Pose]; 2]) {
-        let motion = |entry: &KeyFrameEntry| {
-            let place = entry.frame.get() as usize;
+        let motion = |frame: FrameId| {
+            let place = frame.get() as usize;
             let (old, new) = (&old[place], &new[place]);
             (old != new).then(|| old.distance(new) + f64::from(max_depth) * old.angle(new))
         };
-        let motions: Vec<f64> = log.key_frames().filter_map(motion).collect();
+        let motions: Vec<f64> = log.events.iter().filter_map(Event::mapped).filter_map(motion).collect();
         self.moved_key_frames = motions.len();
         self.largest_motion = motions.into_iter().fold(0.0, f64::max);
     }
@@ -95,8 +95,8 @@ pub struct ThingMotion<Id> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CorrectionProgress {
-    /// Key frames that have been mapped again.
+    /// Key frames and scans that have been mapped again.
     pub done: usize,
-    /// Key frames that are to be mapped again, in all.
+    /// Key frames and scans that are to be mapped again, in all.
     pub total: usize,
 }

@@ -37,7 +37,8 @@ pub(super) struct PoseProblem<'a> {
     given: &'a [KeyFramePose],
     /// The poses that the key frames have in the maps.
     poses: Vec<Pose>,
-    closures: Vec<RelativePose>,
+    /// Loop closures between key frames, each with its place in the caller's list.
+    closures: Vec<(usize, RelativePose)>,
     /// The views of each plane, by key frame.
     views: BTreeMap<PlaneId, Vec<PlaneView>>,
     /// Within which the map associates planes, metres.
@@ -100,7 +101,7 @@ impl<'a> PoseProblem<'a> {
             object_views_left_out: solution.landmark_views_left_out.len(),
             unheld,
             cost: [initial_cost, solution.final_cost],
-            left_out: solution.left_out,
+            left_out: solution.left_out.into_iter().map(|closure| self.closures[closure].0).collect(),
         })
     }
 
@@ -160,7 +161,7 @@ impl<'a> PoseProblem<'a> {
         for (from, pair) in self.given.windows(2).enumerate() {
             graph.add_relative(&odometry(from, pair, self.config))?;
         }
-        for closure in &self.closures {
+        for (_, closure) in &self.closures {
             graph.add_loop_closure(closure)?;
         }
         for views in groups.views() {
@@ -231,28 +232,32 @@ fn odometry(from: usize, pair: &[KeyFramePose], config: &RefineConfig) -> Relati
     RelativePose::with_deviations(from, from + 1, measured, rotation, translation)
 }
 
-/// Loop closures, moved from their frames to the key frames at or before these.
+/// Loop closures, moved from their frames to the key frames at or before these, each with its place in the list.
+/// Those within one key frame say nothing of the key frames' poses and are left away.
 fn between_key_frames(
     closures: &[LoopClosure],
     log: &SessionLog,
     key_frames: &[KeyFramePose],
-) -> Result<Vec<RelativePose>, Error> {
+) -> Result<Vec<(usize, RelativePose)>, Error> {
     let places: BTreeMap<FrameId, usize> =
         key_frames.iter().enumerate().map(|(index, key_frame)| (key_frame.frame, index)).collect();
     // The index of a frame's key frame, and the frame's pose in the coordinates of that key frame's camera.
     let on_key_frame = |frame: FrameId| {
         let inserted = log.frame(frame).ok_or(Error::UnknownFrame { frame })?;
         let before = places.range(..=frame).next_back().or_else(|| places.iter().next());
-        let &index = before.ok_or(Error::UnknownFrame { frame })?.1;
+        let &index = before.ok_or(Error::NoKeyFrames)?.1;
         Ok::<_, Error>((index, key_frames[index].world_from_camera.inverse() * inserted.world_from_camera))
     };
-    let between = |closure: &LoopClosure| {
-        let &LoopClosure { from, to, from_from_to, rotation_deviation, translation_deviation } = closure;
-        let ((from, own), (to, other)) = (on_key_frame(from)?, on_key_frame(to)?);
-        let measured = own * from_from_to * other.inverse();
-        Ok(RelativePose::with_deviations(from, to, measured, rotation_deviation, translation_deviation))
-    };
-    closures.iter().map(between).collect()
+    let mut between = Vec::with_capacity(closures.len());
+    for (place, closure) in closures.iter().enumerate() {
+        let [rotation, translation] = closure.checked_deviations(place)?;
+        let ((from, own), (to, other)) = (on_key_frame(closure.from)?, on_key_frame(closure.to)?);
+        if from != to {
+            let measured = own * closure.from_from_to * other.inverse();
+            between.push((place, RelativePose::with_deviations(from, to, measured, rotation, translation)));
+        }
+    }
+    Ok(between)
 }
 
 /// What the key frames have seen of each plane.

@@ -24,12 +24,14 @@ impl MapBuilder {
     }
 
     /// [`Self::refine_poses`], with loop closures that a place recognition has found. Wrong closures, which
-    /// contradict the planes, the odometry and each other, are left out and named in the report.
+    /// contradict the planes, the odometry and each other, are left out and named in the report. A closure is moved
+    /// to the key frames at or before its frames; where both have the same one, it says nothing.
     ///
     /// # Errors
     ///
     /// As [`Self::refine_poses`]; [`Error::UnknownFrame`] when a closure names a frame that was never
-    /// inserted; [`Error::Refinement`] when its deviations are not positive.
+    /// inserted; [`Error::LoopClosureDeviations`] when its deviations are not positive; [`Error::NoKeyFrames`]
+    /// when there are closures but no key frames.
     #[doc(alias = "pose graph")]
     pub fn refine_poses_with(
         &mut self,
@@ -66,7 +68,8 @@ impl MapBuilder {
                 Ok((found, Some(correction))) => {
                     rounds.add(&correction);
                     report.costs.push(found.cost);
-                    (report.found, report.correction) = (found, rounds.report(&self.map));
+                    let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
+                    (report.found, report.correction) = (found, rounds.report(&self.map, log));
                 }
                 Ok((_, None)) => break,
                 Err(source) => {

@@ -69,7 +69,8 @@ impl MultiLevelMap {
     /// # Errors
     ///
     /// [`Error::Config`]; [`Error::NoHistory`]; [`Error::UnknownFrame`] when a closure names a frame that was
-    /// never inserted; [`Error::Refinement`].
+    /// never inserted; [`Error::LoopClosureDeviations`] when its deviations are not positive;
+    /// [`Error::NoKeyFrames`] when there are closures but no key frames; [`Error::Refinement`].
     pub fn refined_poses(
         &self,
         config: &RefineConfig,

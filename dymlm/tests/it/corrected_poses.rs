@@ -2,7 +2,7 @@
 //! refusals that change nothing. Random sessions are in `src/correction/random_sessions.rs`.
 
 use crate::common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence};
-use dymlm::core::{FrameId, Pose};
+use dymlm::core::{FrameId, Pose, SplitMix64};
 use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
 use dymlm_sim::SimulatedFrame;
 
@@ -211,6 +211,56 @@ fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
     again.correct_poses(&away).unwrap();
     again.correct_poses(&poses(&builder)).unwrap();
     assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(again.map()));
+}
+
+/// Regression: rounding moved frames between two that had not moved, so that everything was mapped again each time.
+#[test]
+fn who_hands_over_all_poses_has_mapped_again_what_has_moved() {
+    let (mut all, mut random) = (frames(30), SplitMix64::new(3));
+    for frame in &mut all {
+        let time = frame.frame.timestamp() + 0.02 * random.fraction();
+        frame.frame.set_timestamp(time).unwrap();
+    }
+    let mut builder = mapped(&all);
+    let right = poses(&builder);
+    let mut total = 0;
+    for meters in [0.05, 0.1] {
+        // A SLAM's own key frames, of which a local optimization has moved the last two.
+        let shift = Pose::new([meters, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let given: Vec<_> = (0..30)
+            .filter(|place| place % 4 == 0 || *place > 27)
+            .map(|place| (right[place].0, if place < 28 { right[place].1 } else { shift * right[place].1 }))
+            .collect();
+        builder
+            .correct_poses_watched(&given, &mut |progress| {
+                total = progress.total;
+                true
+            })
+            .unwrap();
+        assert_eq!(poses(&builder)[..25], right[..25]);
+    }
+    // The first one was the first such correction.
+    assert!((5..=10).contains(&total), "{total} key frames were mapped again");
+}
+
+/// Regression: what was forgotten about a frame that is in no map any more stayed forgotten at the old place.
+#[test]
+fn what_was_forgotten_about_a_removed_frame_follows_its_pose() {
+    let all = frames(8);
+    let mut builder = mapped(&all[..4]);
+    let removed = FrameId::new(3);
+    builder.forget_outside(all[3].world_from_camera.translation(), 2.0);
+    builder.remove(removed).unwrap();
+    builder.begin_session().unwrap();
+    insert_all(&mut builder, &all[4..]);
+    let moved = Pose::new([1.5, 0.5, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    builder.correct_poses(&[(removed, moved * all[3].world_from_camera)]).unwrap();
+    let corrected = fingerprint_without_ids(builder.map());
+    // From the beginning, since the first frame moves as well, there and back.
+    let right = poses(&builder);
+    builder.transform(&moved).unwrap();
+    builder.correct_poses(&right).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == corrected);
 }
 
 #[test]

@@ -150,6 +150,53 @@ fn wrong_loop_closures_are_left_out() {
     assert!(after < 0.01, "{after} m");
 }
 
+/// Regression: one closure between frames of one key frame refused all of them, with a number that the caller did not
+/// know, and so did one with a deviation of 0.
+#[test]
+fn closures_within_a_key_frame_say_nothing_and_wrong_deviations_are_named() {
+    let sequence = drifting(5, 120);
+    let mut builder = mapped(&sequence);
+    let closure = |from: u64, to: u64, from_from_to: Pose| LoopClosure {
+        from: FrameId::new(from),
+        to: FrameId::new(to),
+        from_from_to,
+        rotation_deviation: 0.005,
+        translation_deviation: 0.01,
+    };
+    let wrong = Pose::new([0.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let scan = builder.insert_scan(11.9, &[[2.0, 0.0, 0.5]], &sequence.estimated_pose(117)).unwrap().id;
+    let closures = [closure(4, 4, wrong), closure(2, 30, wrong), closure(39, scan.get(), wrong)];
+    let config = RefineConfig::default();
+    let before = error(&builder, &sequence);
+    let report = builder.refine_poses_with(&config, &closures).unwrap();
+    assert_eq!(report.found.left_out, [1]);
+    assert!(error(&builder, &sequence) < before);
+
+    for (rotation, translation) in [(0.0, 0.01), (0.005, -0.01), (f64::NAN, 0.01), (0.005, 1e-200)] {
+        let mut refused = closure(2, 30, wrong);
+        (refused.rotation_deviation, refused.translation_deviation) = (rotation, translation);
+        let result = builder.refine_poses_with(&config, &[closures[0], refused]);
+        assert!(matches!(result, Err(Error::LoopClosureDeviations { closure: 1, .. })), "{result:?}");
+    }
+}
+
+#[test]
+fn a_closure_between_scans_is_refused() {
+    let mut builder = MapBuilder::new(config()).unwrap();
+    for second in 0..2 {
+        builder.insert_scan(second.into(), &[[2.0, 0.0, 0.5]], &Pose::identity()).unwrap();
+    }
+    let closure = LoopClosure {
+        from: FrameId::new(0),
+        to: FrameId::new(1),
+        from_from_to: Pose::identity(),
+        rotation_deviation: 0.005,
+        translation_deviation: 0.01,
+    };
+    let refused = builder.refine_poses_with(&RefineConfig::default(), &[closure]);
+    assert!(matches!(refused, Err(Error::NoKeyFrames)), "{refused:?}");
+}
+
 /// Poses that are true are no worse afterwards than the sensor's noise makes them.
 #[test]
 fn true_poses_stay() {

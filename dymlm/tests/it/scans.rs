@@ -216,3 +216,56 @@ fn scans_and_frames_follow_corrected_poses_together() {
     builder.correct_poses(&poses).unwrap();
     assert!(state(&builder) == first);
 }
+
+/// Scans once a half second, each 10 cm further, and the poses with the last ones moved.
+fn scans_of_a_way(count: u64) -> (MapBuilder, impl Fn(u64) -> Vec<(FrameId, Pose)>) {
+    let pose = |step: u64| Pose::new([0.1 * step as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let mut builder = with_history(HistoryConfig::Memory);
+    for step in 0..count {
+        builder.insert_scan(0.5 * step as f64, &room(step, false)[..3000], &pose(step)).unwrap();
+    }
+    let moved = Pose::new([0.0, 0.3, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap();
+    (builder, move |first| {
+        (0..count)
+            .map(|step| (FrameId::new(step), if step < first { pose(step) } else { moved * pose(step) }))
+            .collect()
+    })
+}
+
+#[test]
+fn a_correction_of_scans_is_watched_and_reported() {
+    let (mut builder, moved_from) = scans_of_a_way(6);
+    let before = state(&builder);
+    let mut steps = Vec::new();
+    let cancelled = builder.correct_poses_watched(&moved_from(0), &mut |progress| {
+        steps.push((progress.done, progress.total));
+        progress.done < 3
+    });
+    assert!(matches!(cancelled, Err(Error::Cancelled)), "{cancelled:?}");
+    assert_eq!(steps, [(1, 6), (2, 6), (3, 6)]);
+    assert!(state(&builder) == before);
+    let report = builder.correct_poses(&moved_from(2)).unwrap();
+    assert_eq!((report.key_frames, report.moved_key_frames), (6, 4));
+    assert!(report.largest_motion > 20.0 * report.new_from_old.angle(&Pose::identity()));
+}
+
+#[test]
+fn a_correction_of_the_last_scans_maps_few_again_to_the_same_bits() {
+    let (mut builder, moved_from) = scans_of_a_way(40);
+    let mut total = 0;
+    // From the first such correction on.
+    for first in [34, 40, 34] {
+        builder
+            .correct_poses_watched(&moved_from(first), &mut |progress| {
+                total = progress.total;
+                true
+            })
+            .unwrap();
+    }
+    assert!((6..=12).contains(&total), "{total} scans were mapped again");
+    let (mut again, _) = scans_of_a_way(40);
+    // From the beginning.
+    again.correct_poses(&moved_from(0)).unwrap();
+    again.correct_poses(&moved_from(34)).unwrap();
+    assert!(state(&again) == state(&builder));
+}
