@@ -218,7 +218,7 @@ impl Surface {
     }
 
     /// Whether there is a surface.
-    fn is_some(&self) -> bool {
+    pub(super) fn is_some(&self) -> bool {
         self.log_weight > 0
     }
 
