@@ -75,7 +75,9 @@ mod tests {
         let mut session = Session::new();
         let mut bytes = MapBytes::default();
         let mut go_on = |session: &mut Session, steps: &[Step]| {
-            steps.iter().for_each(|step| session.take(step));
+            for step in steps {
+                session.take(step);
+            }
             // What is still being packed comes later.
             session.builder.map.past.log.as_mut().unwrap().history.settle();
             for _ in 0..INTERVAL {
