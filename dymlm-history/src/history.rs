@@ -22,8 +22,8 @@ pub enum HistoryConfig {
     None,
     /// In memory: some 65 kB per key frame of 640x480, 8 bytes per point of a scan.
     Memory,
-    /// In a file without a name in this folder, which must exist; the file is deleted with the history. What it does
-    /// not take, on a full disk, stays in memory until it does: see [`History::unfiled_bytes`].
+    /// In a file without a name in this folder, which must exist; the file is deleted with the history. What
+    /// it does not take, on a full disk, stays in memory until it does: see [`History::unfiled_bytes`].
     Folder(PathBuf),
 }
 
@@ -39,7 +39,8 @@ pub struct History {
     pub(crate) file: Option<Arc<ScratchFile>>,
     /// Bytes of all packed things that are in memory.
     packed_bytes: usize,
-    /// Numbers of what the file has refused, and which therefore stays in memory; the first one is written next.
+    /// Numbers of what the file has refused, and which therefore stays in memory; the first one is written
+    /// next.
     unfiled: VecDeque<usize>,
     /// Why the file has refused something last, as long as such things are in memory.
     failure: Option<Arc<std::io::Error>>,
@@ -48,7 +49,8 @@ pub struct History {
     is_full: bool,
 }
 
-/// Most of what a file has refused earlier that is written with one thing that it takes: so that nobody waits for long.
+/// Most of what a file has refused earlier that is written with one thing that it takes: so that nobody waits
+/// for long.
 const MOST_AGAIN: usize = 8;
 
 /// What is kept under a number.
@@ -275,8 +277,8 @@ impl History {
         self.packed_bytes + self.slots.memory_bytes()
     }
 
-    /// Bytes in memory that belong into the file of [`HistoryConfig::Folder`], but could not be written: the disk
-    /// is full, say. They go there as soon as the file takes something again. 0 for a history in memory.
+    /// Bytes in memory that belong into the file of [`HistoryConfig::Folder`], but could not be written: the
+    /// disk is full, say. They go there as soon as the file takes something again. 0 for a history in memory.
     pub fn unfiled_bytes(&self) -> usize {
         if self.file.is_some() { self.packed_bytes } else { 0 }
     }
@@ -292,8 +294,8 @@ impl History {
         self.take_packed();
     }
 
-    /// Puts what has been packed into its slot. What cannot be written to the file stays in memory until the file
-    /// takes something again.
+    /// Puts what has been packed into its slot. What cannot be written to the file stays in memory until the
+    /// file takes something again.
     fn take_packed(&mut self) {
         while let Some((index, packed)) = self.packer.next() {
             if matches!(self.place(index), Some(Place::Whole(_))) {
@@ -309,8 +311,8 @@ impl History {
         }
     }
 
-    /// Puts the packed bytes of a number into the file; without a file, or if it cannot be written, they stay in
-    /// memory.
+    /// Puts the packed bytes of a number into the file; without a file, or if it cannot be written, they stay
+    /// in memory.
     pub(crate) fn put_away(&mut self, index: usize, packed: Arc<[u8]>) -> Place {
         match self.append(&packed) {
             None => Place::Packed(packed),

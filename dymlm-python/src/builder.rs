@@ -284,8 +284,8 @@ impl PyMapBuilder {
         })
     }
 
-    /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-    /// and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+    /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots") and
+    /// of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
     /// has refused, on a full disk.
     fn memory(&self, py: Python<'_>) -> PyResult<BTreeMap<&'static str, usize>> {
         self.with(py, |builder| Ok(memory_of(builder.memory())))

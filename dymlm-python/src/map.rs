@@ -194,8 +194,8 @@ impl PyMap {
         ])
     }
 
-    /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-    /// and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+    /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots") and
+    /// of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
     /// has refused, on a full disk.
     fn memory(&self) -> BTreeMap<&'static str, usize> {
         memory_of(self.maps().memory())

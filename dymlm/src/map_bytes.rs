@@ -6,8 +6,8 @@ use crate::session_log::Event;
 /// Frames from one count of a map to the next: as many as the cloud's pager lets pass before it asks.
 const INTERVAL: usize = 16;
 
-/// Bytes of maps but for the cloud's, counted one map a frame and what is new of the log: a count of all at once
-/// would be a pause that grows with the maps, and with the hours.
+/// Bytes of maps but for the cloud's, counted one map a frame and what is new of the log: a count of all at
+/// once would be a pause that grows with the maps, and with the hours.
 #[derive(Debug, Default)]
 pub(crate) struct MapBytes {
     /// Frames since the interval began.
@@ -75,7 +75,9 @@ mod tests {
         let mut session = Session::new();
         let mut bytes = MapBytes::default();
         let mut go_on = |session: &mut Session, steps: &[Step]| {
-            steps.iter().for_each(|step| session.take(step));
+            for step in steps {
+                session.take(step);
+            }
             // What is still being packed comes later.
             session.builder.map.past.log.as_mut().unwrap().history.settle();
             for _ in 0..INTERVAL {

@@ -21,8 +21,8 @@ pub struct MapMemory {
     pub objects: usize,
     /// What is kept of frames, key frames and scans.
     pub history: usize,
-    /// The part of `history` that belongs into a [folder](dymlm_history::HistoryConfig::Folder) but could not be
-    /// written: the disk is full, say, and says [why](MultiLevelMap::history_failure). It goes there as soon as the
+    /// The part of `history` that belongs into a [folder](dymlm_history::HistoryConfig::Folder) but could not
+    /// be written, on a full disk, say ([why](MultiLevelMap::history_failure)). It goes there as soon as the
     /// file takes something again.
     #[cfg_attr(feature = "serde", serde(default))]
     pub unfiled_history: usize,
@@ -56,8 +56,8 @@ impl MultiLevelMap {
         }
     }
 
-    /// Why the file of the [history](crate::MapConfig::history) has refused something last, while such things stay
-    /// in memory ([`MapMemory::unfiled_history`]); `None` when all is written.
+    /// Why the file of the [history](crate::MapConfig::history) has refused something last, while such things
+    /// stay in memory ([`MapMemory::unfiled_history`]); `None` when all is written.
     pub fn history_failure(&self) -> Option<&std::io::Error> {
         self.past.log.as_ref()?.history.failure()
     }

@@ -53,8 +53,8 @@ impl<'a> Replay<'a> {
         &self.map
     }
 
-    /// Replays all events that follow. `watch` is told before each batch of key frames and before each scan how
-    /// many of both will have been mapped after it, and returns whether to go on.
+    /// Replays all events that follow. `watch` is told before each batch of key frames and before each scan
+    /// how many of both will have been mapped after it, and returns whether to go on.
     pub(crate) fn run(
         mut self,
         context: &MappingContext<'_>,

@@ -6,8 +6,8 @@ use crate::session_log::{Event, event_bytes_beside};
 /// Number of key frames and scans from one snapshot to the next.
 const INTERVAL: usize = 5;
 /// Number of intervals for which every second snapshot is kept, and for which the others are. A local
-/// optimization moves the last ten key frames or scans or so; older snapshots would share less and less with the maps,
-/// and take their memory once more.
+/// optimization moves the last ten key frames or scans or so; older snapshots would share less and less with
+/// the maps, and take their memory once more.
 const LIVES: [u64; 2] = [6, 3];
 /// Number of key frames and scans for which a snapshot is kept at most.
 const LONGEST_LIFE: usize = INTERVAL * LIVES[0] as usize;
@@ -25,7 +25,8 @@ pub(crate) struct Snapshot {
 }
 
 /// Some recent states of the session, the closer together the younger they are, so that a correction of the
-/// last key frames and scans replays not many more than those. They share with the maps what has not changed since.
+/// last key frames and scans replays not many more than those. They share with the maps what has not changed
+/// since.
 ///
 /// They are taken from the first such correction on, since what they share is copied when it changes: callers
 /// who only close loops should not pay for that, and a SLAM that optimizes its last frames does so from its
@@ -49,8 +50,8 @@ impl Snapshots {
         Self { taken: vec![beginning], mapped: 0, patience: PATIENCE }
     }
 
-    /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames and scans have been
-    /// mapped since the last one, and drops old ones. Must be called after each of them.
+    /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames and scans have
+    /// been mapped since the last one, and drops old ones. Must be called after each of them.
     pub(crate) fn take_when_due(&mut self, map: &MultiLevelMap, events: &Pages<Event>) {
         self.patience = self.patience.saturating_sub(1);
         if self.patience == 0 {
@@ -60,8 +61,9 @@ impl Snapshots {
         self.take(1, map, events);
     }
 
-    /// The same in a replay, in which `following` key frames and scans are yet to be mapped again: snapshots that
-    /// would be dropped before its end are not taken. What it maps is not new, and tries nobody's patience.
+    /// The same in a replay, in which `following` key frames and scans are yet to be mapped again: snapshots
+    /// that would be dropped before its end are not taken. What it maps is not new, and tries nobody's
+    /// patience.
     pub(crate) fn take_in_replay_when_due(
         &mut self,
         replayed: usize,

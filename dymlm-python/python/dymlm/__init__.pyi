@@ -389,8 +389,8 @@ class MapBuilder:
         """Removes from all maps everything farther than `radius` metres from a point (3,) in the world."""
 
     def memory(self) -> dict[str, int]:
-        """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+        """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots") and
+        of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
         has refused, on a full disk.
         """
 
@@ -809,8 +809,8 @@ class Map:
         """
 
     def memory(self) -> dict[str, int]:
-        """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots")
-        and of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
+        """Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots") and
+        of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
         has refused, on a full disk.
         """
 

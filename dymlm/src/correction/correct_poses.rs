@@ -23,8 +23,8 @@ impl MapBuilder {
     /// [`new_from_old`](CorrectionReport::new_from_old).
     ///
     /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
-    /// movers and planes, and scans with them: when the first one that moved is among the last twenty of both, at
-    /// most twice as many as have come since (but for the first correction of that kind), else all.
+    /// movers and planes, and scans with them: when the first one that moved is among the last twenty of
+    /// both, at most twice as many as have come since (but for the first correction of that kind), else all.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
@@ -40,9 +40,10 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::NoHistory`]; [`Error::UnknownFrame`]; [`Error::History`] when an observation cannot be read;
-    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach, [`Error::Octree`]
-    /// when at such a pose the rays of a frame or scan would pass too many cells; [`Error::Paging`] when the file
-    /// of a [memory budget](crate::MapConfig::memory) cannot be made, written or read. Nothing has changed.
+    /// [`Error::Cloud`] and [`Error::Planes`] when a pose lies outside what the maps can reach,
+    /// [`Error::Octree`] when at such a pose the rays of a frame or scan would pass too many cells;
+    /// [`Error::Paging`] when the file of a [memory budget](crate::MapConfig::memory) cannot be made, written
+    /// or read. Nothing has changed.
     #[doc(alias = "loop closure")]
     pub fn correct_poses(&mut self, poses: &[(FrameId, Pose)]) -> Result<CorrectionReport, Error> {
         self.correct_poses_watched(poses, &mut |_| true)
@@ -234,7 +235,8 @@ mod tests {
     use crate::common::poses;
     use crate::random_session::{FRAMES, Session, Step, moved};
 
-    /// Regression: each correction copied the whole log, so that snapshots, readers and savers held it once more.
+    /// Regression: each correction copied the whole log, so that snapshots, readers and savers held it once
+    /// more.
     #[test]
     fn what_came_before_the_corrected_frames_is_still_shared() {
         let mut steps = vec![Step::Frame { is_detector_run: true }; FRAMES];

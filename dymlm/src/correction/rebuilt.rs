@@ -21,7 +21,8 @@ pub(super) struct Renaming<'a> {
 pub(super) struct Rebuilt {
     /// The new maps, without their past.
     pub(super) map: MultiLevelMap,
-    /// What has happened, with the things by their old ids. It shares with the log before what has stayed the same.
+    /// What has happened, with the things by their old ids. It shares with the log before what has stayed the
+    /// same.
     pub(super) events: Pages<Event>,
     pub(super) planes: ThingChanges<PlaneId>,
     pub(super) objects: ThingChanges<ObjectId>,

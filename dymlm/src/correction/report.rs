@@ -11,8 +11,8 @@ pub struct CorrectionReport {
     pub key_frames: usize,
     /// Key frames and scans whose pose has changed.
     pub moved_key_frames: usize,
-    /// Bound of how far a reading has moved by the change of its frame's or scan's pose, metres: the largest sum of
-    /// the translation, and the rotation times the sensor's range.
+    /// Bound of how far a reading has moved by the change of its frame's or scan's pose, metres: the largest
+    /// sum of the translation, and the rotation times the sensor's range.
     pub largest_motion: f64,
     /// The motion of the newest frame, `new_from_old`, with which everything moves that goes on from it: the poses
     /// of frames to come, and what is followed outside of the maps

@@ -2,8 +2,8 @@ use dymlm_core::{FrameId, Pose};
 
 use crate::Error;
 
-/// What a place recognition has found: how one frame was seen from another. It may be wrong. Between frames that
-/// have the same key frame at or before them it says nothing.
+/// What a place recognition has found: how one frame was seen from another. It may be wrong. Between frames
+/// that have the same key frame at or before them it says nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopClosure {
     /// The frame from which the other is seen.

@@ -232,8 +232,8 @@ fn odometry(from: usize, pair: &[KeyFramePose], config: &RefineConfig) -> Relati
     RelativePose::with_deviations(from, from + 1, measured, rotation, translation)
 }
 
-/// Loop closures, moved from their frames to the key frames at or before these, each with its place in the list.
-/// Those within one key frame say nothing of the key frames' poses and are left away.
+/// Loop closures, moved from their frames to the key frames at or before these, each with its place in the
+/// list. Those within one key frame say nothing of the key frames' poses and are left away.
 fn between_key_frames(
     closures: &[LoopClosure],
     log: &SessionLog,

@@ -24,14 +24,14 @@ impl MapBuilder {
     }
 
     /// [`Self::refine_poses`], with loop closures that a place recognition has found. Wrong closures, which
-    /// contradict the planes, the odometry and each other, are left out and named in the report. A closure is moved
-    /// to the key frames at or before its frames; where both have the same one, it says nothing.
+    /// contradict the planes, the odometry and each other, are left out and named in the report. A closure is
+    /// moved to the key frames at or before its frames; where both have the same one, it says nothing.
     ///
     /// # Errors
     ///
     /// As [`Self::refine_poses`]; [`Error::UnknownFrame`] when a closure names a frame that was never
-    /// inserted; [`Error::LoopClosureDeviations`] when its deviations are not positive; [`Error::NoKeyFrames`]
-    /// when there are closures but no key frames.
+    /// inserted; [`Error::LoopClosureDeviations`] when its deviations are not positive;
+    /// [`Error::NoKeyFrames`] when there are closures but no key frames.
     #[doc(alias = "pose graph")]
     pub fn refine_poses_with(
         &mut self,

@@ -213,7 +213,8 @@ fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
     assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(again.map()));
 }
 
-/// Regression: rounding moved frames between two that had not moved, so that everything was mapped again each time.
+/// Regression: rounding moved frames between two that had not moved, so that everything was mapped again each
+/// time.
 #[test]
 fn who_hands_over_all_poses_has_mapped_again_what_has_moved() {
     let (mut all, mut random) = (frames(30), SplitMix64::new(3));

@@ -150,8 +150,8 @@ fn wrong_loop_closures_are_left_out() {
     assert!(after < 0.01, "{after} m");
 }
 
-/// Regression: one closure between frames of one key frame refused all of them, with a number that the caller did not
-/// know, and so did one with a deviation of 0.
+/// Regression: one closure between frames of one key frame refused all of them, with a number that the caller
+/// did not know, and so did one with a deviation of 0.
 #[test]
 fn closures_within_a_key_frame_say_nothing_and_wrong_deviations_are_named() {
     let sequence = drifting(5, 120);
