@@ -15,7 +15,7 @@ pub struct PlaneMapConfig {
     pub voxel_size: f64,
     /// Least number of views of a plane before it is confirmed, and one more when a key frame has looked
     /// there without finding it, 1..=1000. Views are key frames that have seen it from different places, 25
-    /// cm or 15 degrees apart, or 0.2 s apart: what a camera at rest reads in three frames of a tenth of a
+    /// cm or 15 degrees apart, or a second apart: what a camera at rest reads in three frames of a tenth of a
     /// second may be one and the same error. Default 2: what only one has seen may be a person's back, and a
     /// facet of a pillar is not found again from the next place. Conclusions that are not withdrawn ask for
     /// one more in any case: that two planes are one across an occluded gap, and that an object stands on a

@@ -88,15 +88,15 @@ fn what_most_key_frames_look_past_is_not_confirmed() {
 /// Regression: three frames in a tenth of a second confirmed what a camera at rest read in them, though all
 /// three had one and the same error.
 #[test]
-fn what_a_camera_at_rest_sees_is_believed_after_a_fifth_of_a_second() {
+fn what_a_camera_at_rest_sees_is_believed_after_a_second() {
     let frames = detections();
     let mut map = empty_map();
     let (planes, frame, pose) = &frames[0];
-    for k in 0..20 {
+    for k in 0..60 {
         let time = 100.0 + f64::from(k) / 30.0;
         let frame = Frame::new(time, *frame.camera(), frame.depth().clone(), None).unwrap();
         map.insert(planes, &frame, pose).unwrap();
-        assert_eq!(map.len() >= 3, k >= 6, "after {time} s");
+        assert_eq!(map.len() >= 3, time >= 101.0, "after {time} s");
     }
     // From elsewhere at once.
     let aside = Pose::new([0.3, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
