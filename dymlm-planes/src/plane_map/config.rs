@@ -13,13 +13,11 @@ pub struct PlaneMapConfig {
     /// Side of the voxels in which a plane's inliers are stored, metres, 0.005..=1. Default 0.025: the
     /// spacing of samples at 3.3 m.
     pub voxel_size: f64,
-    /// Least number of views of a plane before it is confirmed, and one more when a key frame has looked
-    /// there without finding it, 1..=1000. Views are key frames that have seen it from different places, 25
-    /// cm or 15 degrees apart, or a second apart: what a camera at rest reads in three frames of a tenth of a
-    /// second may be one and the same error. Default 2: what only one has seen may be a person's back, and a
-    /// facet of a pillar is not found again from the next place. Conclusions that are not withdrawn ask for
-    /// one more in any case: that two planes are one across an occluded gap, and that an object stands on a
-    /// plane.
+    /// Least number of key frames that must have seen a plane before it is confirmed, and one more when a key
+    /// frame has looked there without finding it, 1..=1000. Default 2: what only one has seen may be a
+    /// person's back, and a facet of a pillar is not found again from the next place. Conclusions that are
+    /// not withdrawn ask for one more in any case: that two planes are one across an occluded gap, and that
+    /// an object stands on a plane.
     pub min_observations: u32,
     /// Least share of the key frames that looked at a plane's centroid that must have seen the plane to
     /// confirm it, 0..=1; of those from one place, where the camera rests, no more than 20 count. Default 0.12: a
@@ -46,7 +44,7 @@ impl Default for PlaneMapConfig {
 }
 
 impl PlaneMapConfig {
-    /// Least number of key frames or views for conclusions that are not withdrawn.
+    /// Least number of key frames for conclusions that are not withdrawn.
     pub(crate) fn lasting_observations(&self) -> u32 {
         self.min_observations.saturating_add(1)
     }

@@ -11,12 +11,6 @@ const UNIT: u64 = 1024;
 const LOOK_TRANSLATION: f64 = 0.25;
 const LOOK_ROTATION: f64 = 0.26;
 
-/// Time after which a look sees a plane anew, seconds. What passes before a camera at rest, or errs while it
-/// comes to rest, is gone by then (`what_a_camera_at_rest_sees_is_believed_after_a_second`). With a lower
-/// value three frames at 30 Hz, with one and the same error, would be three views; a higher one keeps a robot
-/// at rest blind to its wall.
-const ANEW: f64 = 1.0;
-
 /// Where the camera was when the look that goes on began.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
@@ -33,7 +27,7 @@ pub(super) struct Look {
 /// there, but do not make the look count more. Otherwise a robot at rest, from where a table is seen too
 /// flatly to be found, would outvote in two minutes all that it has seen of it on its way; and in an hour, by
 /// the error of one pose, where it has seen the table from everywhere else ([`Self::next_weight`]).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Looks {
     /// Of the looks before the last, in [units](UNIT).
@@ -42,8 +36,6 @@ pub(super) struct Looks {
     last: Tally,
     /// The first key frame of that look, whether or not it looked at the plane.
     first: FrameId,
-    /// When the last view of that look began, seconds.
-    view_began: f64,
 }
 
 /// Key frames that looked at a plane, and those that saw it.
@@ -52,9 +44,6 @@ pub(super) struct Looks {
 struct Tally {
     looked: u64,
     saw: u64,
-    /// Sightings that say something new: the first of a look, and each that comes [`ANEW`] after the last of
-    /// these.
-    views: u64,
     /// Looks that saw it, and those that looked at it in vain.
     found: u64,
     vain: u64,
@@ -74,7 +63,7 @@ impl Look {
 
 impl Default for Looks {
     fn default() -> Self {
-        Self::begun_by(FrameId::new(u64::MAX), Tally::default())
+        Self { earlier: Tally::default(), last: Tally::default(), first: FrameId::new(u64::MAX) }
     }
 }
 
@@ -83,34 +72,20 @@ impl Looks {
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
         let is_tally = |tally: &Tally| {
-            let Tally { looked, saw, views, found, vain } = *tally;
-            saw.max(views).max(found).max(vain) <= looked && looked < 1 << 50
+            let Tally { looked, saw, found, vain } = *tally;
+            saw.max(found).max(vain) <= looked && looked < 1 << 50
         };
-        is_tally(&self.earlier) && is_tally(&self.last) && !self.view_began.is_nan()
+        is_tally(&self.earlier) && is_tally(&self.last)
     }
 
-    fn begun_by(first: FrameId, earlier: Tally) -> Self {
-        Self { earlier, last: Tally::default(), first, view_began: f64::NEG_INFINITY }
-    }
-
-    /// Counts a key frame that looked at the plane, of the look that began with `look`, and that saw it at a
-    /// time, seconds, or did not. Those of one look follow each other.
-    pub(super) fn count(&mut self, look: FrameId, seen_at: Option<f64>) {
+    /// Counts a key frame that looked at the plane, of the look that began with `look`. Those of one look follow
+    /// each other.
+    pub(super) fn count(&mut self, look: FrameId, saw: bool) {
         if look != self.first {
-            *self = Self::begun_by(look, self.total());
+            *self = Self { earlier: self.total(), last: Tally::default(), first: look };
         }
         self.last.looked += 1;
-        let Some(time) = seen_at else { return };
-        self.last.saw += 1;
-        if (time - self.view_began).abs() >= ANEW {
-            self.last.views += 1;
-            self.view_began = time;
-        }
-    }
-
-    /// Number of sightings from different places, or at different times.
-    pub(super) fn views(&self) -> u64 {
-        self.total().views
+        self.last.saw += u64::from(saw);
     }
 
     /// Whether the last look at the plane is the one that began with `look`.
@@ -148,7 +123,6 @@ impl Looks {
         let earlier = Tally {
             looked: all.looked.saturating_sub(later.looked) + since.earlier.looked,
             saw: all.saw.saturating_sub(later.saw) + since.earlier.saw,
-            views: all.views.saturating_sub(later.views) + since.earlier.views,
             found: all.found.saturating_sub(later.found) + since.earlier.found,
             vain: all.vain.saturating_sub(later.vain) + since.earlier.vain,
         };
@@ -156,7 +130,7 @@ impl Looks {
     }
 
     fn total(&self) -> Tally {
-        let Tally { looked, saw, views, .. } = self.last;
+        let Tally { looked, saw, .. } = self.last;
         let (found, vain) = (u64::from(saw > 0), u64::from(looked > 0 && saw == 0));
         // Divided last and rounded down, so that the sums do not depend on what else is summed.
         let enough = looked.min(ENOUGH) * UNIT;
@@ -164,7 +138,6 @@ impl Looks {
         Tally {
             looked: self.earlier.looked + enough,
             saw: self.earlier.saw + saw,
-            views: self.earlier.views + views,
             found: self.earlier.found + found,
             vain: self.earlier.vain + vain,
         }
@@ -178,8 +151,7 @@ mod tests {
     fn looks(tallies: &[(u64, u64)]) -> Looks {
         let mut looks = Looks::default();
         for (look, &(looked, saw)) in tallies.iter().enumerate() {
-            (0..looked)
-                .for_each(|frame| looks.count(FrameId::new(look as u64), (frame < saw).then_some(0.0)));
+            (0..looked).for_each(|frame| looks.count(FrameId::new(look as u64), frame < saw));
         }
         looks
     }
@@ -200,30 +172,11 @@ mod tests {
             let next = at_rest.next_weight(FrameId::new(0));
             assert!(next > 0.0 && (frame >= 20 || next == 1.0));
             weight += f64::from(next);
-            at_rest.count(FrameId::new(0), Some(0.0));
+            at_rest.count(FrameId::new(0), true);
         }
         assert!((38.0..40.0).contains(&weight), "{weight}");
         assert_eq!(at_rest.next_weight(FrameId::new(7)), 1.0, "from elsewhere");
         assert_eq!(looks(&[(18_000, 19)]).next_weight(FrameId::new(0)), 1.0, "seldom seen");
-    }
-
-    #[test]
-    fn a_look_sees_anew_after_a_second() {
-        let mut looks = Looks::default();
-        for (look, time, views) in [
-            (0, 5.0, 1),
-            (0, 5.03, 1),
-            (0, 5.9, 1),
-            (0, 6.1, 2),
-            (0, 7.0, 2),
-            (1, 7.03, 3),
-            (1, 7.06, 3),
-            (1, 9.0, 4),
-        ] {
-            looks.count(FrameId::new(look), Some(time));
-            looks.count(FrameId::new(look), None);
-            assert_eq!(looks.views(), views, "{time}");
-        }
     }
 
     #[test]

@@ -78,14 +78,14 @@ impl Sightings {
 
     pub(super) fn add(&mut self, id: FrameId, key_frame: &KeyFrame) {
         let timestamp = key_frame.timestamp;
-        self.looks.count(key_frame.look, Some(timestamp));
+        self.looks.count(key_frame.look, true);
         self.count += 1;
         self.first = self.first.min(id);
         self.times = [self.times[0].min(timestamp), self.times[1].max(timestamp)];
     }
 
     pub(super) fn miss(&mut self, look: FrameId) {
-        self.looks.count(look, None);
+        self.looks.count(look, false);
         self.missed += 1;
     }
 
@@ -162,12 +162,6 @@ impl MapPlane {
     /// Number of key frames that saw it.
     pub fn observations(&self) -> u32 {
         self.sightings.count
-    }
-
-    /// Number of its sightings from different places or times, which [`Self::observations`] from one place at
-    /// one time are not.
-    pub(crate) fn views(&self) -> u64 {
-        self.sightings.looks.views()
     }
 
     /// Time of the first key frame that saw it, seconds.

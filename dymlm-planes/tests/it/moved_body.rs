@@ -13,9 +13,9 @@ fn map(frames: usize) -> PlaneMapper {
     };
     let depth = (0..640 * 480).map(|i| if is_board(i % 640, i / 640) { 1.4 } else { 2.0 }).collect();
     let depth = DepthImage::new(640, 480, depth).unwrap();
+    let frame = Frame::new(0.0, camera, depth, None).unwrap();
     let mut mapper = mapper();
-    for time in 0..frames {
-        let frame = Frame::new(time as f64, camera, depth.clone(), None).unwrap();
+    for _ in 0..frames {
         mapper.insert(&frame, None, &[], &Pose::identity()).unwrap();
     }
     mapper

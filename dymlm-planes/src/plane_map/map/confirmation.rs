@@ -105,11 +105,10 @@ impl PlaneMap {
     pub(super) fn confirm(&mut self, planes: impl IntoIterator<Item = Birth>) {
         for birth in planes {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
-            let Sightings { missed, looks, .. } = plane.sightings;
+            let Sightings { count, missed, looks, .. } = plane.sightings;
             let least = self.config.min_observations.saturating_add(u32::from(missed > 0));
-            plane.is_confirmed = !plane.is_gone
-                && looks.views() >= u64::from(least)
-                && looks.share() >= self.config.min_observation_share;
+            plane.is_confirmed =
+                !plane.is_gone && count >= least && looks.share() >= self.config.min_observation_share;
         }
     }
 

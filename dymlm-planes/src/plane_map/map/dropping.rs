@@ -25,13 +25,13 @@ impl PlaneMap {
         }
     }
 
-    /// Whether a plane has too few views to be confirmed, and has been looked at in vain from as many places
-    /// as it was seen from, and so often that even more views would not confirm it; or stands in free space,
+    /// Whether a plane has too few sightings to be confirmed, and has been looked at in vain from as many places
+    /// as it was seen from, and so often that even more of them would not confirm it; or stands in free space,
     /// and the camera that saw it there has left.
     fn is_refuted(&self, plane: &MapPlane) -> bool {
         let looks = plane.sightings.looks;
         let is_past = self.look.is_none_or(|look| !looks.has(look.first));
-        looks.views() < self.config.min_observations.into()
+        plane.observations() < self.config.min_observations
             && if plane.is_gone {
                 is_past
             } else {

@@ -254,7 +254,7 @@ impl PlaneMap {
                 [(&mut of_older, older), (&mut of_both, [a[0] || b[0], a[1] || b[1]])]
             {
                 if looked {
-                    looks.count(key_frame.look, saw.then_some(key_frame.timestamp));
+                    looks.count(key_frame.look, saw);
                 }
             }
         }
