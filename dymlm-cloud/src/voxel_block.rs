@@ -299,23 +299,17 @@ mod tests {
                     expected.add(place, &Voxel { sums, observations: is_first, repeats: 1 - is_first });
                     put(&mut read, place);
                 }
-                for reading in &all {
-                    sums.add(reading);
-                }
+                all.iter().for_each(|reading| sums.add(reading));
                 assert_eq!(sums.read(), &read);
                 assert_eq!(block.add_frame(&mut sums, are_colored), made);
                 assert!(block.iter().eq(expected.iter()), "frame {frame}");
                 // Taken out, they leave what was there before; then they are added again.
-                for reading in &all {
-                    sums.add(reading);
-                }
+                all.iter().for_each(|reading| sums.add(reading));
                 sums.negate();
                 block.add_frame(&mut sums, are_colored);
                 let left = block.iter().filter(|(_, voxel)| !voxel.is_empty());
                 assert!(left.eq(before), "frame {frame}");
-                for reading in &all {
-                    sums.add(reading);
-                }
+                all.iter().for_each(|reading| sums.add(reading));
                 block.add_frame(&mut sums, are_colored);
             }
             assert!(matches!(block.records, VoxelRecords::Medium(_)));
