@@ -30,7 +30,7 @@ const MIN_WEIGHT_SHARE: f32 = 0.4;
 /// Readings of a surface scatter along the line of sight by sigma(z), at 4 m over many voxels: the true
 /// surface is where most weight lies, and a shell of light voxels surrounds it. A voxel is noise when another
 /// static voxel within [`thinning_radius`](CloudMapConfig::thinning_radius) standard deviations has more than
-/// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of a frame's mean in the voxel itself: a voxel that
+/// 1 / [`MIN_WEIGHT_SHARE`] times its weight. The deviation is that of the voxel's own readings: a voxel that
 /// was seen from near is exact, does not even reach the next voxel, and is left alone; and two surfaces stay
 /// two as long as they are further apart than that. Where the readings around are known to be those of a single
 /// surface, the voxels through which it passes are no noise, however much its other parts weigh: what is read
@@ -111,21 +111,20 @@ impl Thinning {
     }
 
     /// Distance within which a voxel looks for heavier ones, voxels.
-    /// `number`: of its readings or its frames ([`Weighting::standard_deviation`]).
-    pub(crate) fn radius(&self, weight: u64, number: u64) -> f32 {
-        self.radius_of(self.weighting.mean_weight(weight, number))
+    pub(crate) fn radius(&self, weight: u64, readings: u64) -> f32 {
+        self.radius_of(self.weighting.weight_per_reading(weight, readings))
     }
 
-    /// The same for a voxel of this [mean weight](Weighting::mean_weight): the less the farther.
-    pub(crate) fn radius_of(&self, mean_weight: f64) -> f32 {
-        let deviation = self.weighting.deviation_of(mean_weight) / self.voxel_size;
+    /// The same for a voxel of this [weight per reading](Weighting::weight_per_reading): the less the farther.
+    pub(crate) fn radius_of(&self, weight_per_reading: f64) -> f32 {
+        let deviation = self.weighting.deviation_of(weight_per_reading) / self.voxel_size;
         ((self.radius * deviation) as f32).min(MAX_RADIUS as f32)
     }
 
-    /// Mean weight of a voxel's readings or frames.
+    /// Mean weight of a voxel's readings.
     #[inline]
-    pub(crate) fn mean_weight(&self, weight: u64, number: u64) -> f64 {
-        self.weighting.mean_weight(weight, number)
+    pub(crate) fn weight_per_reading(&self, weight: u64, readings: u64) -> f64 {
+        self.weighting.weight_per_reading(weight, readings)
     }
 
     /// Sum over so many readings of their weight times their variance, square voxels.
@@ -133,9 +132,9 @@ impl Thinning {
         readings as f64 * self.weighting.least_variance() / (self.voxel_size * self.voxel_size)
     }
 
-    /// [`Weighting::standard_deviation`] in voxels.
-    pub(crate) fn deviation(&self, weight: u64, number: u64) -> f64 {
-        self.weighting.standard_deviation(weight, number) / self.voxel_size
+    /// Standard deviation of a voxel's readings along the line of sight, voxels.
+    pub(crate) fn deviation(&self, weight: u64, readings: u64) -> f64 {
+        self.weighting.standard_deviation(weight, readings) / self.voxel_size
     }
 }
 

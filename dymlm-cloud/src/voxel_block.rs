@@ -182,6 +182,13 @@ impl VoxelBlock {
         self.records.last(index) as u32
     }
 
+    /// Number of readings in the voxel with this index.
+    #[inline]
+    pub(crate) fn readings(&self, index: usize) -> u64 {
+        let repeats = self.repeats.get(index).copied().unwrap_or(0);
+        u64::from(self.observations(index)) + u64::from(repeats)
+    }
+
     /// Whether no frame has read any voxel more than once.
     #[cfg(feature = "state")]
     pub(crate) fn is_read_once_a_frame(&self) -> bool {
@@ -343,7 +350,7 @@ mod tests {
             let (index, upper) = (block.places().rank(place), block.get(place).unwrap());
             assert_eq!(block.weight(index), voxel.sums.weight);
             assert_eq!(block.observations(index), upper.observations);
-            assert_eq!(upper.readings(), voxel.readings());
+            assert_eq!(block.readings(index), voxel.readings());
         }
         for (place, reading) in &readings {
             block.add(*place, &reading.negated());

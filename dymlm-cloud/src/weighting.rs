@@ -54,21 +54,21 @@ impl Weighting {
         f64::from(self.sensor.noise.floor).powi(2)
     }
 
-    /// Standard deviation along the line of sight, metres, of what has put `weight` into a voxel: of a reading,
-    /// where their number is given, or of the mean of a frame's readings, where that of the frames is.
-    pub(crate) fn standard_deviation(&self, weight: u64, number: u64) -> f64 {
-        self.deviation_of(self.mean_weight(weight, number))
+    /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean
+    /// weight: the mean over frames would be too heavy by as many readings as fall into the voxel at once.
+    pub(crate) fn standard_deviation(&self, weight: u64, readings: u64) -> f64 {
+        self.deviation_of(self.weight_per_reading(weight, readings))
     }
 
-    /// Mean weight of a voxel's readings, or of its frames, in the units of [`total`](Self::total).
+    /// Mean weight of a voxel's readings, in the units of [`total`](Self::total).
     #[inline]
-    pub(crate) fn mean_weight(&self, weight: u64, number: u64) -> f64 {
-        self.total(weight) / number.max(1) as f64
+    pub(crate) fn weight_per_reading(&self, weight: u64, readings: u64) -> f64 {
+        self.total(weight) / readings.max(1) as f64
     }
 
-    /// Standard deviation of what has this mean weight, metres.
-    pub(crate) fn deviation_of(&self, mean_weight: f64) -> f64 {
-        f64::from(self.sensor.noise.floor) / mean_weight.max(1e-9).sqrt()
+    /// Standard deviation of readings with this mean weight, metres.
+    pub(crate) fn deviation_of(&self, weight_per_reading: f64) -> f64 {
+        f64::from(self.sensor.noise.floor) / weight_per_reading.max(1e-9).sqrt()
     }
 }
 

@@ -172,15 +172,12 @@ impl StaticCloud {
         let mut is_target = [false; NEIGHBORS];
         around().for_each(|(place, block)| is_target[place] = !block.is_empty());
         let (voxels, thinning) = (&source.voxels.blocks()[slot], source.thinning);
-        let is_one = block.surface.is_some();
         let (mut own, mut leaving, mut moves) = (Vec::new(), Vec::new(), false);
         voxels.places().for_each(&block.statics, |place, index| {
             let voxel = voxels.voxel(index);
-            // Of several surfaces, each frame has measured one in the voxel, by the mean of its readings there.
-            let number = if is_one { voxel.readings() } else { voxel.observations.into() };
-            let weight = voxel.sums.weight;
-            let reaches_others = looks_around(thinning.radius(weight, number));
-            let deviation = thinning.deviation(weight, number);
+            let (weight, readings) = (voxel.sums.weight, voxel.readings());
+            let reaches_others = looks_around(thinning.radius(weight, readings));
+            let deviation = thinning.deviation(weight, readings);
             let foot = reaches_others.then(|| surfaces.foot(from_middle(&voxel, place), deviation)).flatten();
             let foot = foot.and_then(|foot| {
                 let (step, cell) = split(foot.map(|c| (c + HALF_BLOCK).floor() as i32));

@@ -218,7 +218,7 @@ impl Surface {
     }
 
     /// Whether there is a surface.
-    pub(super) fn is_some(&self) -> bool {
+    fn is_some(&self) -> bool {
         self.log_weight > 0
     }
 
