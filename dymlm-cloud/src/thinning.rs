@@ -111,30 +111,30 @@ impl Thinning {
     }
 
     /// Distance within which a voxel looks for heavier ones, voxels.
-    pub(crate) fn radius(&self, weight: u64, readings: u64) -> f32 {
-        self.radius_of(self.weighting.weight_per_reading(weight, readings))
+    pub(crate) fn radius(&self, weight: u64, observations: u32) -> f32 {
+        self.radius_of(self.weighting.weight_per_frame(weight, observations))
     }
 
-    /// The same for a voxel of this [weight per reading](Weighting::weight_per_reading): the less the farther.
-    pub(crate) fn radius_of(&self, weight_per_reading: f64) -> f32 {
-        let deviation = self.weighting.deviation_of(weight_per_reading) / self.voxel_size;
+    /// The same for a voxel of this [weight per frame](Weighting::weight_per_frame): the less the farther.
+    pub(crate) fn radius_of(&self, weight_per_frame: f64) -> f32 {
+        let deviation = self.weighting.deviation_of(weight_per_frame) / self.voxel_size;
         ((self.radius * deviation) as f32).min(MAX_RADIUS as f32)
     }
 
     /// Mean weight of a voxel's readings.
     #[inline]
-    pub(crate) fn weight_per_reading(&self, weight: u64, readings: u64) -> f64 {
-        self.weighting.weight_per_reading(weight, readings)
+    pub(crate) fn weight_per_frame(&self, weight: u64, observations: u32) -> f64 {
+        self.weighting.weight_per_frame(weight, observations)
     }
 
-    /// Sum over so many readings of their weight times their variance, square voxels.
-    pub(crate) fn noise(&self, readings: u64) -> f64 {
-        readings as f64 * self.weighting.least_variance() / (self.voxel_size * self.voxel_size)
+    /// Sum over `observations` readings of their weight times their variance, square voxels.
+    pub(crate) fn noise(&self, observations: u64) -> f64 {
+        observations as f64 * self.weighting.least_variance() / (self.voxel_size * self.voxel_size)
     }
 
     /// Standard deviation of a voxel's readings along the line of sight, voxels.
-    pub(crate) fn deviation(&self, weight: u64, readings: u64) -> f64 {
-        self.weighting.standard_deviation(weight, readings) / self.voxel_size
+    pub(crate) fn deviation(&self, weight: u64, observations: u32) -> f64 {
+        self.weighting.standard_deviation(weight, observations) / self.voxel_size
     }
 }
 

@@ -16,8 +16,6 @@ pub(crate) struct Voxel {
     pub(crate) sums: Sums,
     /// Frames that read the voxel.
     pub(crate) observations: u32,
-    /// Readings beyond the first one of each of these frames.
-    pub(crate) repeats: u32,
 }
 
 /// Sums over the readings of a voxel.
@@ -57,23 +55,9 @@ impl Voxel {
         Self { sums: Sums { position, ..self.sums }, ..*self }
     }
 
-    /// What takes these readings out when it is added.
-    pub(crate) fn negated(&self) -> Self {
-        Self {
-            sums: self.sums.negated(),
-            observations: self.observations.wrapping_neg(),
-            repeats: self.repeats.wrapping_neg(),
-        }
-    }
-
     /// Whether nothing is left of the voxel.
     pub(crate) fn is_empty(&self) -> bool {
         self.sums.weight == 0 && self.observations == 0
-    }
-
-    /// Number of readings.
-    pub(crate) fn readings(&self) -> u64 {
-        u64::from(self.observations) + u64::from(self.repeats)
     }
 
     /// Whether more was taken out than put in.
@@ -81,7 +65,6 @@ impl Voxel {
         self.sums.to_array().into_iter().any(|sum| sum > u64::MAX / 2)
             || self.sums.uncolored > self.sums.weight
             || self.observations > u32::MAX / 2
-            || self.repeats > u32::MAX / 2
             || (self.sums.weight == 0) != (self.observations == 0)
     }
 

@@ -16,8 +16,6 @@ pub(crate) struct VoxelBlock {
     records: VoxelRecords,
     /// The weights of readings without colour; empty where each reading has one.
     uncolored: Vec<u64>,
-    /// Readings beyond the first one of each frame; empty where each frame has read a voxel but once.
-    repeats: Vec<u32>,
     /// The voxels that have changed since the static cloud took in changes last.
     pub(crate) changed: CellBits,
     /// Stamps of the last change of the block, and of the last change that took something out.
@@ -25,7 +23,7 @@ pub(crate) struct VoxelBlock {
     pub(crate) lowered: u32,
 }
 
-record!(VoxelBlock { places, records, uncolored, repeats, changed, stamp, lowered });
+record!(VoxelBlock { places, records, uncolored, changed, stamp, lowered });
 
 impl BlockStore<VoxelBlock> {
     /// A block that is about to change: see [`VoxelBlock::begin`].
@@ -55,7 +53,7 @@ impl VoxelBlock {
         crate::block_store::for_each_bit(cells, |place| {
             if let Some(voxel) = voxels.next() {
                 block.make(place);
-                block.add(place, &voxel);
+                block.add(place, voxel.sums, voxel.observations);
             }
         });
         block
@@ -67,8 +65,7 @@ impl VoxelBlock {
 
     /// Reads a number in each of the cache lines that the numbers of the voxels take; returns what nobody needs.
     fn touch_numbers(&self) -> u64 {
-        let all = self.uncolored.iter().step_by(8).fold(self.records.touch(), |all, weight| all ^ weight);
-        self.repeats.iter().step_by(16).fold(all, |all, &readings| all ^ u64::from(readings))
+        self.uncolored.iter().step_by(8).fold(self.records.touch(), |all, weight| all ^ weight)
     }
 
     /// The places that have a voxel; a voxel's index is its rank among them.
@@ -92,34 +89,26 @@ impl VoxelBlock {
         if !self.uncolored.is_empty() {
             self.uncolored.insert(index, 0);
         }
-        if !self.repeats.is_empty() {
-            self.repeats.insert(index, 0);
-        }
         self.places.insert(place);
     }
 
-    /// Adds readings to the voxel at a place, which must be there. Arithmetic wraps.
+    /// Adds readings of `frames` frames to the voxel at a place, which must be there. Arithmetic wraps.
     #[inline]
-    pub(crate) fn add(&mut self, place: usize, readings: &Voxel) {
+    pub(crate) fn add(&mut self, place: usize, readings: Sums, frames: u32) {
         let index = self.places.rank(place);
-        let [weight, x, y, z, r, g, b, uncolored] = readings.sums.to_array();
+        let [weight, x, y, z, r, g, b, uncolored] = readings.to_array();
         // The sign is extended, so that a number that is negative in 32 bits is negative in 64.
-        let frames = i64::from(readings.observations as i32) as u64;
+        let frames = i64::from(frames as i32) as u64;
         self.records.add(index, &[weight, x, y, z, r, g, b, frames]);
         if uncolored != 0 {
             self.uncolored.resize(self.records.len(), 0);
             self.uncolored[index] = self.uncolored[index].wrapping_add(uncolored);
-        }
-        if readings.repeats != 0 {
-            self.repeats.resize(self.records.len(), 0);
-            self.repeats[index] = self.repeats[index].wrapping_add(readings.repeats);
         }
     }
 
     /// Takes what a frame has read out of `sums` and adds it, and makes the voxels that are not there yet;
     /// returns how many these are. Arithmetic wraps.
     pub(crate) fn add_frame(&mut self, sums: &mut BlockSums, are_colored: bool) -> usize {
-        let has_repeats = sums.has_repeats();
         let read = sums.take_read();
         let new = without(read, *self.places.cells());
         self.make_all(&new);
@@ -128,12 +117,6 @@ impl VoxelBlock {
             self.uncolored.resize(self.records.len(), 0);
             self.places.for_each(&read, |place, index| {
                 self.uncolored[index] = self.uncolored[index].wrapping_add(sums.weight(place));
-            });
-        }
-        if has_repeats {
-            self.repeats.resize(self.records.len(), 0);
-            self.places.for_each(&read, |place, index| {
-                self.repeats[index] = self.repeats[index].wrapping_add(sums.repeats(place));
             });
         }
         self.records.add_all(&self.places, &read, sums);
@@ -149,9 +132,6 @@ impl VoxelBlock {
         if !self.uncolored.is_empty() {
             insert_all(&mut self.uncolored, &self.places, new, 0);
         }
-        if !self.repeats.is_empty() {
-            insert_all(&mut self.repeats, &self.places, new, 0);
-        }
         self.places = Places::new(union(*self.places.cells(), *new));
     }
 
@@ -166,8 +146,7 @@ impl VoxelBlock {
         let [weight, x, y, z, r, g, b, observations] = self.records.get(index);
         let uncolored = self.uncolored.get(index).copied().unwrap_or(0);
         let sums = Sums::from_array([weight, x, y, z, r, g, b, uncolored]);
-        let repeats = self.repeats.get(index).copied().unwrap_or(0);
-        Voxel { sums, observations: observations as u32, repeats }
+        Voxel { sums, observations: observations as u32 }
     }
 
     /// Sum of weights of the voxel with this index.
@@ -180,19 +159,6 @@ impl VoxelBlock {
     #[inline]
     pub(crate) fn observations(&self, index: usize) -> u32 {
         self.records.last(index) as u32
-    }
-
-    /// Number of readings in the voxel with this index.
-    #[inline]
-    pub(crate) fn readings(&self, index: usize) -> u64 {
-        let repeats = self.repeats.get(index).copied().unwrap_or(0);
-        u64::from(self.observations(index)) + u64::from(repeats)
-    }
-
-    /// Whether no frame has read any voxel more than once.
-    #[cfg(feature = "state")]
-    pub(crate) fn is_read_once_a_frame(&self) -> bool {
-        self.repeats.iter().all(|&readings| readings == 0)
     }
 
     /// Whether each reading has a colour.
@@ -215,14 +181,14 @@ impl VoxelBlock {
     /// Adds a voxel's readings to the voxel at a place.
     pub(crate) fn merge(&mut self, place: usize, voxel: &Voxel) {
         self.make(place);
-        self.add(place, voxel);
+        self.add(place, voxel.sums, voxel.observations);
         put(&mut self.changed, place);
     }
 
     /// Takes all readings out of the voxel at a place, and returns them.
     pub(crate) fn take(&mut self, place: usize) -> Voxel {
         let voxel = self.get(place).unwrap_or_default();
-        self.add(place, &voxel.negated());
+        self.add(place, voxel.sums.negated(), voxel.observations.wrapping_neg());
         voxel
     }
 
@@ -243,9 +209,7 @@ impl VoxelBlock {
 
     /// Bytes that the block owns.
     pub(crate) fn memory_bytes(&self) -> usize {
-        self.records.memory_bytes()
-            + self.uncolored.capacity() * size_of::<u64>()
-            + self.repeats.capacity() * size_of::<u32>()
+        self.records.memory_bytes() + self.uncolored.capacity() * size_of::<u64>()
     }
 
     /// Drops the empty voxels; returns how many there were.
@@ -292,32 +256,21 @@ mod tests {
             let mut sums = BlockSums::default();
             for frame in 0..60_u64 {
                 let (mut read, mut made) = (CellBits::default(), 0);
-                let (before, mut all) = (block.voxels(block.places().cells()), Vec::new());
                 for index in 0..frame * 3 {
                     let random = (frame * 300 + index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
                     let (place, [x, y, z, r, g, b, ..]) = ((random >> 55) as usize, random.to_le_bytes());
                     // Far readings, later near ones.
                     let weight = 1 << (frame / 4 + random % 4);
                     let (within, color) = ([x, y, z], if are_colored { [r, g, b] } else { [0; 3] });
-                    all.push(Reading { weight, place: place as u16, within, color });
-                    let sums = reading(weight.into(), within.map(u64::from), are_colored.then_some(color));
+                    sums.add(&Reading { weight, place: place as u16, within, color });
+                    let reading = reading(weight.into(), within.map(u64::from), are_colored.then_some(color));
                     made += usize::from(expected.make(place));
-                    let is_first = u32::from(!has(&read, place));
-                    expected.add(place, &Voxel { sums, observations: is_first, repeats: 1 - is_first });
+                    expected.add(place, reading, u32::from(!has(&read, place)));
                     put(&mut read, place);
                 }
-                all.iter().for_each(|reading| sums.add(reading));
                 assert_eq!(sums.read(), &read);
                 assert_eq!(block.add_frame(&mut sums, are_colored), made);
                 assert!(block.iter().eq(expected.iter()), "frame {frame}");
-                // Taken out, they leave what was there before; then they are added again.
-                all.iter().for_each(|reading| sums.add(reading));
-                sums.negate();
-                block.add_frame(&mut sums, are_colored);
-                let left = block.iter().filter(|(_, voxel)| !voxel.is_empty());
-                assert!(left.eq(before), "frame {frame}");
-                all.iter().for_each(|reading| sums.add(reading));
-                block.add_frame(&mut sums, are_colored);
             }
             assert!(matches!(block.records, VoxelRecords::Medium(_)));
         }
@@ -332,17 +285,13 @@ mod tests {
             let place = (step * step % 509) as usize;
             let weight = if place == 4 { 1 << 40 } else { 1 << (step % 32) };
             let color = (step % 3 > 0).then_some([step as u8, 255, 7]);
-            let (observations, repeats) = (70_000 * (step % 2) as u32, 5 * (step % 3) as u32);
-            let sums = reading(weight, [step % 256, 255, 0], color);
-            readings.push((place, Voxel { sums, observations, repeats }));
+            readings.push((place, reading(weight, [step % 256, 255, 0], color), 70_000 * (step % 2) as u32));
         }
-        for (place, reading) in &readings {
-            block.make(*place);
-            block.add(*place, reading);
-            let total = &mut sums[*place];
-            total.sums = sum(total.sums, reading.sums);
-            total.observations += reading.observations;
-            total.repeats += reading.repeats;
+        for &(place, reading, frames) in &readings {
+            block.make(place);
+            block.add(place, reading, frames);
+            sums[place].sums = sum(sums[place].sums, reading);
+            sums[place].observations += frames;
         }
         let expected = || sums.iter().enumerate().filter(|(_, voxel)| !voxel.is_empty());
         assert!(block.iter().eq(expected().map(|(place, voxel)| (place, *voxel))));
@@ -350,19 +299,18 @@ mod tests {
             let (index, upper) = (block.places().rank(place), block.get(place).unwrap());
             assert_eq!(block.weight(index), voxel.sums.weight);
             assert_eq!(block.observations(index), upper.observations);
-            assert_eq!(block.readings(index), voxel.readings());
         }
-        for (place, reading) in &readings {
-            block.add(*place, &reading.negated());
+        for &(place, reading, frames) in &readings {
+            block.add(place, reading.negated(), frames.wrapping_neg());
         }
         assert!(block.iter().all(|(_, voxel)| voxel == Voxel::default()));
         let all = [u64::MAX; BLOCK_CELLS / 64];
         assert!(!block.is_overdrawn(&all));
-        let (place, reading) = readings[0];
-        block.add(place, &reading.negated());
+        let (place, reading, _) = readings[0];
+        block.add(place, reading.negated(), 0);
         assert!(block.is_overdrawn(&all));
         assert!(!block.is_overdrawn(&CellBits::default()));
-        block.add(place, &reading);
+        block.add(place, reading, 0);
         assert_eq!((block.drop_empty(), block.len()), (expected().count(), 0));
     }
 }

@@ -55,20 +55,21 @@ impl Weighting {
     }
 
     /// Standard deviation of one of a voxel's readings along the line of sight, metres, from their mean
-    /// weight: the mean over frames would be too heavy by as many readings as fall into the voxel at once.
-    pub(crate) fn standard_deviation(&self, weight: u64, readings: u64) -> f64 {
-        self.deviation_of(self.weight_per_reading(weight, readings))
+    /// weight. Near the camera, where several readings of a frame fall into the voxel, the result is too
+    /// small.
+    pub(crate) fn standard_deviation(&self, weight: u64, observations: u32) -> f64 {
+        self.deviation_of(self.weight_per_frame(weight, observations))
     }
 
     /// Mean weight of a voxel's readings, in the units of [`total`](Self::total).
     #[inline]
-    pub(crate) fn weight_per_reading(&self, weight: u64, readings: u64) -> f64 {
-        self.total(weight) / readings.max(1) as f64
+    pub(crate) fn weight_per_frame(&self, weight: u64, observations: u32) -> f64 {
+        self.total(weight) / f64::from(observations.max(1))
     }
 
     /// Standard deviation of readings with this mean weight, metres.
-    pub(crate) fn deviation_of(&self, weight_per_reading: f64) -> f64 {
-        f64::from(self.sensor.noise.floor) / weight_per_reading.max(1e-9).sqrt()
+    pub(crate) fn deviation_of(&self, weight_per_frame: f64) -> f64 {
+        f64::from(self.sensor.noise.floor) / weight_per_frame.max(1e-9).sqrt()
     }
 }
 

@@ -26,9 +26,7 @@ pub(super) fn put_block(block: &VoxelBlock, bits: &mut BitWriter) {
     if is_usual {
         let are_colored = block.is_colored() || voxels().all(|voxel| voxel.sums.uncolored == 0);
         bits.put(are_colored.into(), 1);
-        let are_read_once = block.is_read_once_a_frame();
-        bits.put(are_read_once.into(), 1);
-        let mut code = VoxelCode::new(are_colored, are_read_once);
+        let mut code = VoxelCode::new(are_colored);
         voxels().for_each(|voxel| code.put(&voxel, bits));
     } else {
         voxels().for_each(|voxel| put_unusual(&voxel, bits));
@@ -40,7 +38,7 @@ pub(super) fn next_block(bits: &mut BitReader<'_>) -> Option<VoxelBlock> {
     let cells = next_cells(bits)?;
     let places = 0..count(&cells);
     let voxels: Option<Vec<Voxel>> = if bits.next(1)? == 1 {
-        let mut code = VoxelCode::new(bits.next(1)? == 1, bits.next(1)? == 1);
+        let mut code = VoxelCode::new(bits.next(1)? == 1);
         places.map(|_| code.next(bits)).collect()
     } else {
         places.map(|_| next_unusual(bits)).collect()
@@ -66,10 +64,7 @@ fn divisor(colored: u64) -> u64 {
 struct VoxelCode {
     /// Whether each reading of the block has a colour.
     are_colored: bool,
-    /// Whether no frame has read any voxel more than once.
-    are_read_once: bool,
     observations: NumberCode,
-    repeats: NumberCode,
     rates: NumberCode,
     units: NumberCode,
     readings: NumberCode,
@@ -81,7 +76,6 @@ struct VoxelCode {
 /// In what voxels are like their neighbours.
 struct Likeness {
     observations: i64,
-    repeats: i64,
     /// The order of magnitude of the weight that a frame has put in.
     rate: i64,
     /// The weight of each reading, in the last voxel whose readings weigh the same.
@@ -91,18 +85,16 @@ struct Likeness {
 }
 
 impl VoxelCode {
-    fn new(are_colored: bool, are_read_once: bool) -> Self {
+    fn new(are_colored: bool) -> Self {
         Self {
             are_colored,
-            are_read_once,
             observations: NumberCode::default(),
-            repeats: NumberCode::default(),
             rates: NumberCode::default(),
             units: NumberCode::default(),
             readings: NumberCode::default(),
             colors: Default::default(),
             // A guess, which matters only for the first of hundreds of voxels.
-            last: Likeness { observations: 0, repeats: 0, rate: 8, unit: 256, color: [128, 0, 0] },
+            last: Likeness { observations: 0, rate: 8, unit: 256, color: [128, 0, 0] },
         }
     }
 
@@ -110,20 +102,13 @@ impl VoxelCode {
         let observations = i64::from(voxel.observations);
         self.observations.put_signed(observations - self.last.observations, bits);
         self.last.observations = observations;
-        if !self.are_read_once {
-            let repeats = i64::from(voxel.repeats);
-            self.repeats.put_signed(repeats - self.last.repeats, bits);
-            self.last.repeats = repeats;
-        }
         let unit = if voxel.observations == 1 { common_unit(&voxel.sums) } else { None };
         if voxel.observations == 1 {
             bits.put(unit.is_some().into(), 1);
         }
         if let Some(unit) = unit {
             self.put_unit(unit, bits);
-            // That many readings, unless their depths have a larger common step or the unit is a chance.
-            let readings = (voxel.sums.weight / unit) as i64;
-            self.readings.put_signed(readings - 1 - i64::from(voxel.repeats), bits);
+            self.readings.put(voxel.sums.weight / unit, bits);
             self.put_means(Sums::from_array(voxel.sums.to_array().map(|sum| sum / unit)), bits);
         } else {
             self.put_weight(voxel.sums.weight, bits);
@@ -176,22 +161,16 @@ impl VoxelCode {
         let observations = self.last.observations.checked_add(self.observations.next_signed(bits)?)?;
         self.last.observations = observations;
         let observations = u32::try_from(observations).ok()?;
-        if !self.are_read_once {
-            let repeats = self.last.repeats.checked_add(self.repeats.next_signed(bits)?)?;
-            self.last.repeats = repeats;
-        }
-        let repeats = u32::try_from(self.last.repeats).ok()?;
         let sums = if observations == 1 && bits.next(1)? == 1 {
             let unit = self.next_unit(bits)?;
-            let readings = self.readings.next_signed(bits)?.checked_add(1 + i64::from(repeats))?;
-            let weight = u64::try_from(readings).ok().filter(|number| (1..MOST_WEIGHT).contains(number))?;
+            let weight = self.readings.next(bits).filter(|readings| (1..MOST_WEIGHT).contains(readings))?;
             weight.checked_mul(unit).filter(|&weight| weight < MOST_WEIGHT)?;
             Sums::from_array(self.next_means(weight, bits)?.to_array().map(|sum| sum * unit))
         } else {
             let weight = self.next_weight(bits)?;
             self.next_means(weight, bits)?
         };
-        Some(Voxel { sums, observations, repeats })
+        Some(Voxel { sums, observations })
     }
 
     fn next_unit(&mut self, bits: &mut BitReader<'_>) -> Option<u64> {
@@ -273,17 +252,16 @@ fn together([g, r, b]: [i64; 3]) -> Option<[u8; 3]> {
 /// Sums of any size, as they are.
 fn put_unusual(voxel: &Voxel, bits: &mut BitWriter) {
     bits.put(voxel.observations, u32::BITS);
-    bits.put(voxel.repeats, u32::BITS);
     voxel.sums.to_array().into_iter().for_each(|sum| bits.put_long(sum, u64::BITS));
 }
 
 fn next_unusual(bits: &mut BitReader<'_>) -> Option<Voxel> {
-    let (observations, repeats) = (bits.next(u32::BITS)?, bits.next(u32::BITS)?);
+    let observations = bits.next(u32::BITS)?;
     let mut sums = [0; SUMS];
     for sum in &mut sums {
         *sum = bits.next_long(u64::BITS)?;
     }
-    Some(Voxel { sums: Sums::from_array(sums), observations, repeats })
+    Some(Voxel { sums: Sums::from_array(sums), observations })
 }
 
 #[cfg(test)]
@@ -317,8 +295,7 @@ mod tests {
         let position = [3, 19, 41].map(|shift| within(shift, 256, weight) + random % weight);
         let color =
             [7, 23, 47].map(|shift| within(shift, 200, weight - uncolored) + random % (weight - uncolored));
-        let (observations, repeats) = (1 + (random >> 60) as u32, (random >> 56 & 7) as u32);
-        Voxel { sums: Sums { weight, position, color, uncolored }, observations, repeats }
+        Voxel { sums: Sums { weight, position, color, uncolored }, observations: 1 + (random >> 60) as u32 }
     }
 
     fn voxels(uncolored: impl Fn(u64) -> u64) -> Vec<Voxel> {
@@ -356,7 +333,7 @@ mod tests {
             let scaled = |sum: u64| sum * readings / weight * 300;
             let [position, color] = [position, color].map(|sums| sums.map(scaled));
             voxel.sums = Sums { weight: 300 * readings, position, color, uncolored: 0 };
-            (voxel.observations, voxel.repeats) = (1, readings as u32 - 1);
+            voxel.observations = 1;
         }
         let bytes = assert_comes_back(&voxels);
         assert!(bytes < 170 * 9, "{bytes} bytes");
@@ -371,9 +348,9 @@ mod tests {
             voxels[30].sums = Sums::from_array(sums);
             assert_comes_back(&voxels);
         }
-        assert_comes_back(&[Voxel { observations: u32::MAX, repeats: u32::MAX, ..Voxel::default() }]);
+        assert_comes_back(&[Voxel { observations: u32::MAX, ..Voxel::default() }]);
         let wide = Sums { weight: MOST_WEIGHT - 1, position: [5; 3], ..Sums::default() };
-        assert_comes_back(&[Voxel { sums: wide, observations: u32::MAX, repeats: 0 }]);
+        assert_comes_back(&[Voxel { sums: wide, observations: u32::MAX }]);
     }
 
     #[test]

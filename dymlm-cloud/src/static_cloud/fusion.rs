@@ -175,9 +175,9 @@ impl StaticCloud {
         let (mut own, mut leaving, mut moves) = (Vec::new(), Vec::new(), false);
         voxels.places().for_each(&block.statics, |place, index| {
             let voxel = voxels.voxel(index);
-            let (weight, readings) = (voxel.sums.weight, voxel.readings());
-            let reaches_others = looks_around(thinning.radius(weight, readings));
-            let deviation = thinning.deviation(weight, readings);
+            let (weight, observations) = (voxel.sums.weight, voxel.observations);
+            let reaches_others = looks_around(thinning.radius(weight, observations));
+            let deviation = thinning.deviation(weight, observations);
             let foot = reaches_others.then(|| surfaces.foot(from_middle(&voxel, place), deviation)).flatten();
             let foot = foot.and_then(|foot| {
                 let (step, cell) = split(foot.map(|c| (c + HALF_BLOCK).floor() as i32));

@@ -360,7 +360,7 @@ impl StaticCloud {
             let weight = thinning.weight(voxel.sums.weight);
             change.weights[place] = weight;
             change.heaviest = change.heaviest.max(weight);
-            least = least.min(thinning.weight_per_reading(voxel.sums.weight, voxel.readings()));
+            least = least.min(thinning.weight_per_frame(voxel.sums.weight, voxel.observations));
             if has(&voxels, place) {
                 change.effect.raised = change.effect.raised.max(weight);
             }
@@ -617,13 +617,14 @@ fn find_candidates(
         let (limit, was_static) = (limit(weight), has(&asked.kept, place));
         let heaviest = if was_static { touched.effect.raised } else { touched.effect.lowered };
         let is_concerned = has(&asked.changed, place) || limit < heaviest;
-        if !is_concerned || !thinning.is_seen(block.observations(index)) {
+        let observations = block.observations(index);
+        if !is_concerned || !thinning.is_seen(observations) {
             if was_static {
                 put(statics, place);
             }
             return;
         }
-        let radius = thinning.radius(block.weight(index), block.readings(index));
+        let radius = thinning.radius(block.weight(index), observations);
         if looks_around(radius) && !surface.passes_through(place) {
             candidates.push(Candidate { place, limit, radius });
         } else {

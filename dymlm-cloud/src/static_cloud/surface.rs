@@ -89,7 +89,7 @@ struct NearSurface {
 #[derive(Default)]
 pub(super) struct MomentSums {
     weight: f64,
-    readings: u64,
+    observations: u64,
     places: [f64; 3],
     products: [f64; 6],
 }
@@ -106,7 +106,7 @@ impl MomentSums {
             share * to_f64(voxel.sums.position[axis]) + weight * (f64::from(cell[axis]) - HALF_BLOCK)
         });
         self.weight += weight;
-        self.readings += voxel.readings();
+        self.observations += u64::from(voxel.observations);
         for (sum, c) in self.places.iter_mut().zip([x, y, z]) {
             *sum += c;
         }
@@ -121,7 +121,7 @@ impl MomentSums {
             weight: self.weight as f32,
             places: self.places.map(|sum| sum as f32),
             products: self.products.map(|sum| sum as f32),
-            noise: thinning.noise(self.readings) as f32,
+            noise: thinning.noise(self.observations) as f32,
         }
     }
 }
