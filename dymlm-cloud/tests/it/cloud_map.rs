@@ -156,7 +156,7 @@ fn a_view_of_nearly_half_the_space_is_mapped() {
     let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
     map.insert(&wide, None, &Pose::identity()).unwrap();
     let mut expected: Vec<[f64; 3]> = (0..64 * 48)
-        .map(|pixel| lens(1.0).back_project([pixel % 64, pixel / 64].map(|c| c as f64), 2.0))
+        .map(|pixel| lens(1.0).back_project([pixel % 64, pixel / 64].map(f64::from), 2.0))
         .collect();
     let mut read: Vec<Point> = map.voxels(Selection::All).map(|voxel| voxel.position).collect();
     expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
