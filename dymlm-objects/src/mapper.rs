@@ -107,7 +107,10 @@ impl ObjectMapper {
             },
             parameterizer: Parameterizer::new(config.parameterization.clone(), sensor)?,
             associator: Associator::new(config.association.clone()),
-            reparameterizer: Reparameterizer::new(config.update.isolation_forest)?,
+            reparameterizer: Reparameterizer::new(
+                config.update.isolation_forest,
+                config.parameterization.flat_height(),
+            )?,
             map: ObjectMap::new(sensor.max_depth.into()),
             last_timestamp: None,
             held: BTreeMap::new(),

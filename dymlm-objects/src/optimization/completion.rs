@@ -22,6 +22,8 @@ pub(super) struct Completion<'a> {
     pub(super) prior: &'a SizePrior,
     pub(super) views: &'a KeyViews,
     pub(super) stance: Stance,
+    /// Whether parts of it may lie on the plane without showing in depth.
+    pub(super) has_flat_parts: bool,
     /// Planes near the box, in the world.
     pub(super) walls: &'a [Plane],
 }
@@ -29,7 +31,8 @@ pub(super) struct Completion<'a> {
 impl Completion<'_> {
     /// Extends a box where no camera has seen the object's end: away from the cameras, and on sides that
     /// something occludes in most of the views. Where the views' boxes show that the thing goes on without
-    /// readings, as above the keys of a laptop with a dark screen, the box grows there. Measured lengths are
+    /// readings, as above the keys of a laptop with a dark screen, or flat on its plane before the lid, the box
+    /// grows there. Measured lengths are
     /// never shortened, and no box grows through a wall in front of which it stands.
     ///
     /// A thing with an even footprint is assumed to be as deep as it is wide, and as wide as things of its
@@ -61,13 +64,15 @@ impl Completion<'_> {
         let measured = [lengths[across], lengths[depth]];
         let usual = usual_lengths(self.prior, scale, measured, hidden.contains(&true));
         let grown = widen(own, across, hidden, usual.across, self.walls);
-        let grown = [[true, false], [false, true]].into_iter().fold(grown, |best, ends| {
-            self.better(best, widen(&grown, across, ends, usual.across, self.walls))
-        });
         let is_away = dot(axes[depth], mean_view) > 0.0;
-        let [away, near] = [is_away, !is_away]
-            .map(|is_high| widen(&grown, depth, [!is_high, is_high], usual.depth, self.walls));
-        self.better(away, near)
+        let away = |own: &OrientedBox| widen(own, depth, [!is_away, is_away], usual.depth, self.walls);
+        if !self.has_flat_parts {
+            return away(&grown);
+        }
+        let aside = |ends: [bool; 2]| widen(&grown, across, ends, usual.across, self.walls);
+        let wide = self.better(self.better(grown, aside([true, false])), aside([false, true]));
+        let near = widen(&wide, depth, [is_away, !is_away], usual.depth, self.walls);
+        self.better(away(&wide), near)
     }
 
     /// Extends the box up to the usual height, if the views' boxes show that.
@@ -272,7 +277,8 @@ mod tests {
         let priors = SizePriors::default();
         let views = views(shown, completeness);
         let prior = priors.of(label).unwrap();
-        Completion { prior, views: &views, stance: Stance::OnPlane, walls }.complete(&own)
+        let (stance, has_flat_parts) = (Stance::OnPlane, prior.height.min < 0.012);
+        Completion { prior, views: &views, stance, has_flat_parts, walls }.complete(&own)
     }
 
     /// The same of a view that shows what was measured.
@@ -296,7 +302,8 @@ mod tests {
         let half = box_of([0.19, 0.1, 0.5 * plant.height.typical]);
         let depth = |completeness: Completeness, stance: Stance| {
             let views = views(half, completeness);
-            let completion = Completion { prior: plant, views: &views, stance, walls: &[] };
+            let completion =
+                Completion { prior: plant, views: &views, stance, has_flat_parts: false, walls: &[] };
             completion.complete(&half).lengths()[1]
         };
         let seen = Completeness::default();
@@ -328,6 +335,14 @@ mod tests {
             |shown: OrientedBox| complete("laptop", lid, shown, Completeness::default(), &[]).center()[1];
         assert!((depth(box_at([0.0, -0.1, 0.0], [0.34, 0.25, 0.2])) + 0.1).abs() < 1e-12);
         assert!((depth(lid) - 0.1).abs() < 1e-12, "otherwise it is hidden behind what is measured");
+    }
+
+    /// What is higher everywhere would have been seen.
+    #[test]
+    fn a_chair_grows_towards_no_camera() {
+        let (back, whole) = (box_of([0.5, 0.05, 0.9]), box_at([0.0, -0.2, 0.0], [0.5, 0.45, 0.9]));
+        let completed = complete("chair", back, whole, Completeness::default(), &[]);
+        assert!(completed.center()[1] > 0.1, "{:?}", completed.center());
     }
 
     #[test]
@@ -381,7 +396,13 @@ mod tests {
         let (chair, back) = (priors.of("chair").unwrap(), box_of([0.5, 0.5, 0.4]));
         let views = views(back, Completeness { bottom: SideView::Occluder, ..Completeness::default() });
         let lowest = |walls: &[Plane]| {
-            let completion = Completion { prior: chair, views: &views, stance: Stance::Upright, walls };
+            let completion = Completion {
+                prior: chair,
+                views: &views,
+                stance: Stance::Upright,
+                has_flat_parts: false,
+                walls,
+            };
             let completed = completion.complete(&back);
             completed.center()[2] - 0.5 * completed.lengths()[2]
         };

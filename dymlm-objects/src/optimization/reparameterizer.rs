@@ -18,6 +18,8 @@ use crate::{
 pub(crate) struct Reparameterizer {
     fitter: BoxFitter,
     outliers: OutlierFilter,
+    /// Greatest height of what lies on a plane without showing in depth, metres.
+    flat_height: f64,
     points: Vec<Point>,
     found: Vec<SupportPlane>,
     walls: Vec<Plane>,
@@ -54,11 +56,13 @@ const MAX_REFUSALS: u32 = 5;
 const DUE_GROWTH: f64 = 0.2;
 
 impl Reparameterizer {
-    pub(crate) fn new(forest: IsolationForestConfig) -> Result<Self, ConfigError> {
+    /// `flat_height`: of what lies on a plane without showing in depth, metres.
+    pub(crate) fn new(forest: IsolationForestConfig, flat_height: f64) -> Result<Self, ConfigError> {
         let fitter = BoxFitterConfig { along_edges: true, trim: TRIM };
         Ok(Self {
             fitter: BoxFitter::new(fitter)?,
             outliers: OutlierFilter::new(forest)?,
+            flat_height,
             points: Vec::new(),
             found: Vec::new(),
             walls: Vec::new(),
@@ -165,7 +169,8 @@ impl Reparameterizer {
                 (None, None) => Stance::Unknown,
             };
             let (views, walls) = (&object.key_views, &self.walls);
-            let completion = Completion { prior, views, stance, walls };
+            let has_flat_parts = stance == Stance::OnPlane && prior.height.min <= self.flat_height;
+            let completion = Completion { prior, views, stance, has_flat_parts, walls };
             // Colours show all sides of a flat thing, but not what rises from it without readings.
             oriented_box = if is_flat {
                 completion.complete_height(&oriented_box)

@@ -32,6 +32,10 @@ pub struct ParameterizationConfig {
 
 const SEATS: [&str; 7] = ["bed", "bench", "bicycle", "chair", "couch", "motorcycle", "toilet"];
 
+/// Things whose least height is at most this many plane tolerances may lie on a plane without showing in
+/// depth.
+const FLAT_TOLERANCES: f64 = 2.0;
+
 impl Default for ParameterizationConfig {
     fn default() -> Self {
         Self {
@@ -46,6 +50,11 @@ impl Default for ParameterizationConfig {
 }
 
 impl ParameterizationConfig {
+    /// Things whose least height is at most this, metres, may lie on a plane without showing in depth.
+    pub(crate) fn flat_height(&self) -> f64 {
+        FLAT_TOLERANCES * self.plane_tolerance
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         check_range("objects.parameterization.min_score", self.min_score.into(), 0.0..=1.0)?;
         check_range("objects.parameterization.plane_tolerance", self.plane_tolerance, 0.0..=0.2)?;

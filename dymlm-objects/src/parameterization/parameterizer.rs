@@ -37,9 +37,6 @@ const MIN_SAMPLES: usize = 12;
 const MIN_FILL: f32 = 0.04;
 /// Largest distance in depth of a part from its object when the size of such things is not known, metres.
 const USUAL_REACH: f64 = 0.3;
-/// Things whose least height is at most this many plane tolerances may lie on a plane without showing in
-/// depth.
-const FLAT_TOLERANCES: f64 = 2.0;
 /// Intersection over union of the found samples with the detector's box from which on the box is explained.
 const FILLED: f64 = 0.5;
 
@@ -154,7 +151,7 @@ impl Parameterizer {
     /// Finds what lies flat on a plane, if things of the label may be so flat and nothing raised fills the
     /// box.
     fn find_flat(&mut self, view: &ObjectView<'_>, search: &ClusterSearch<'_>) -> Option<Finding> {
-        let most = FLAT_TOLERANCES * self.config.plane_tolerance;
+        let most = self.config.flat_height();
         let prior = search.prior.filter(|prior| prior.height.min <= most)?;
         if self.cluster.fill(&self.window, &search.bounding_box) >= FILLED {
             return None;

@@ -68,8 +68,10 @@ impl Kitchen {
         let (planes, objects) = (map.planes().clone(), map.objects().objects().cloned().collect());
         let mut pixels: BTreeMap<PlaneId, [usize; 2]> = BTreeMap::new();
         for (id, [all, people]) in sightings {
-            // The pixels of merged planes count for the plane that remains.
-            let sum = pixels.entry(planes.plane(id).unwrap().id()).or_default();
+            // The pixels of merged planes count for the plane that remains; planes that were never confirmed may
+            // have been dropped.
+            let Some(plane) = planes.plane(id) else { continue };
+            let sum = pixels.entry(plane.id()).or_default();
             *sum = [sum[0] + all, sum[1] + people];
         }
         Self { planes, objects, pixels, people_pixels }
