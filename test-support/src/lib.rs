@@ -5,7 +5,7 @@
 //! - [`DetectorStatistics`] measures the errors of a 2D detector, simulated or real.
 //! - [`saved_parts`] and its neighbours save states and damage them.
 //! - [`read_g2o`] reads pose graphs.
-//! - [`growth`] measures how time grows with the input, by [`processor_time`].
+//! - [`growth`] measures how time grows with the input, by the processor time of a thread; [`processor_time`] is that of all.
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] compares bits.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests: a panic fails the test")]
 

@@ -77,7 +77,7 @@ fn sheets(n: usize, eps: f32) -> Vec<Point> {
 }
 
 /// Name, clouds, and the number of neighbours to ask for.
-type Case<'a> = (&'a str, [Vec<Point>; 2], &'a dyn Fn(usize) -> usize);
+type Case<'a> = (&'a str, [Vec<Point>; 2], &'a (dyn Fn(usize) -> usize + Sync));
 
 #[test]
 fn dbscan_does_not_compare_all_pairs_of_a_crowd() {
