@@ -35,8 +35,8 @@ impl Completion<'_> {
     /// grows there. Measured lengths are
     /// never shortened, and no box grows through a wall in front of which it stands.
     ///
-    /// A thing with an even footprint is assumed to be as deep as it is wide, and as wide as things of its
-    /// kind and its height usually are. For an oblong one the side that fits better is taken as its length.
+    /// A thing with an even footprint is assumed to be as deep as it is wide, which depends on its
+    /// [height](Self::width_scale). For an oblong one the side that fits better is taken as its length.
     pub(super) fn complete(&self, own: &OrientedBox) -> OrientedBox {
         let is_upright = self.stance != Stance::Unknown;
         if is_upright && self.prior.footprint == Footprint::Plate {
@@ -60,7 +60,7 @@ impl Completion<'_> {
         let across = if is_upright { 1 - depth } else { longer_of_others(lengths, depth) };
 
         let hidden = hidden_ends(own, across, self.views);
-        let scale = if is_upright { self.scale_by_height(own) } else { 1.0 };
+        let scale = if is_upright { self.width_scale(own) } else { 1.0 };
         let measured = [lengths[across], lengths[depth]];
         let usual = usual_lengths(self.prior, scale, measured, hidden.contains(&true));
         let grown = widen(own, across, hidden, usual.across, self.walls);
@@ -116,10 +116,11 @@ impl Completion<'_> {
         widen(own, 2, [is_foot_hidden, false], self.prior.height.typical, self.walls)
     }
 
-    /// How many times as high an upright thing is as usual; of a thing that is not seen to both its ends, not
-    /// less than 1.
-    fn scale_by_height(&self, own: &OrientedBox) -> f64 {
-        let scale = own.lengths()[2] / self.prior.height.typical;
+    /// How many times as wide as usual an upright thing of its height may be expected to be; of a thing that is
+    /// not seen to both its ends, not less than 1. Large things of a kind are slenderer than small ones, and
+    /// some differ in height alone, so that the width grows with the root of the height.
+    fn width_scale(&self, own: &OrientedBox) -> f64 {
+        let scale = (own.lengths()[2] / self.prior.height.typical).sqrt();
         let [is_foot_hidden, is_top_hidden] = hidden_ends(own, 2, self.views);
         let is_whole = !is_top_hidden && (self.stance == Stance::OnPlane || !is_foot_hidden);
         if is_whole { scale } else { scale.max(1.0) }
@@ -131,11 +132,12 @@ struct UsualLengths {
     depth: f64,
 }
 
-/// Usual width and depth of a thing of this kind, `scale` times as high as usual, given its measured lengths.
+/// Usual width and depth of a thing of this kind that is `scale` times as wide as usual, given its measured
+/// lengths.
 fn usual_lengths(prior: &SizePrior, scale: f64, [across, depth]: [f64; 2], is_cut: bool) -> UsualLengths {
     let (length, width) = (prior.length.typical, prior.width.typical);
     if prior.footprint == Footprint::Even {
-        // The measured width says little when a side is occluded. A small plant is as narrow as it is low.
+        // The measured width says little when a side is occluded.
         let usual = scale * (length * width).sqrt();
         let side = if is_cut { across.max(usual) } else { (across * usual).sqrt() };
         let side = side.clamp(prior.width.min, prior.length.max);
@@ -296,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_that_is_smaller_than_usual_is_as_narrow_as_it_is_low() {
+    fn the_width_of_a_thing_depends_on_its_height() {
         let priors = SizePriors::default();
         let plant = priors.of("potted plant").unwrap();
         let half = box_of([0.19, 0.1, 0.5 * plant.height.typical]);
@@ -307,15 +309,30 @@ mod tests {
             completion.complete(&half).lengths()[1]
         };
         let seen = Completeness::default();
-        assert!((0.18..0.21).contains(&depth(seen, Stance::OnPlane)));
+        let is = |depth: f64, usual: f64| (depth - usual).abs() < 1e-3;
+        // Between the width that is seen and the usual one, .39 m, times the root of a half.
+        let of_its_height = (0.19 * 0.39 * 0.5_f64.sqrt()).sqrt();
+        assert!(is(depth(seen, Stance::OnPlane), of_its_height));
         let cut = Completeness { right: SideView::Occluder, ..seen };
-        assert!((0.18..0.21).contains(&depth(cut, Stance::OnPlane)));
+        assert!(is(depth(cut, Stance::OnPlane), 0.39 * 0.5_f64.sqrt()));
         // Without its top or its foot, it may be as large as others.
+        let of_usual_height = (0.19_f64 * 0.39).sqrt();
         let without_top = Completeness { top: SideView::Occluder, ..seen };
-        assert!(depth(without_top, Stance::OnPlane) > 0.25);
+        assert!(is(depth(without_top, Stance::OnPlane), of_usual_height));
         let without_foot = Completeness { bottom: SideView::Occluder, ..seen };
-        assert!(depth(without_foot, Stance::Upright) > 0.25);
-        assert!((0.18..0.21).contains(&depth(without_foot, Stance::OnPlane)));
+        assert!(is(depth(without_foot, Stance::Upright), of_usual_height));
+        assert!(is(depth(without_foot, Stance::OnPlane), of_its_height));
+        // A tall one is wider, but less than it is higher.
+        let tall = box_of([0.6, 0.6, 4.0 * plant.height.typical]);
+        let views = views(tall, seen);
+        let completion = Completion {
+            prior: plant,
+            views: &views,
+            stance: Stance::OnPlane,
+            has_flat_parts: false,
+            walls: &[],
+        };
+        assert!((completion.width_scale(&tall) - 2.0).abs() < 1e-12);
     }
 
     #[test]

@@ -44,9 +44,6 @@ pub(super) struct Looks {
 struct Tally {
     looked: u64,
     saw: u64,
-    /// Looks that saw it, and those that looked at it in vain.
-    found: u64,
-    vain: u64,
 }
 
 impl Look {
@@ -71,10 +68,7 @@ impl Looks {
     /// Whether the numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
-        let is_tally = |tally: &Tally| {
-            let Tally { looked, saw, found, vain } = *tally;
-            saw.max(found).max(vain) <= looked && looked < 1 << 50
-        };
+        let is_tally = |tally: &Tally| tally.saw <= tally.looked && tally.looked < 1 << 50;
         is_tally(&self.earlier) && is_tally(&self.last)
     }
 
@@ -93,12 +87,6 @@ impl Looks {
         self.first == look
     }
 
-    /// Whether as many looks at the plane were in vain as saw it.
-    pub(super) fn is_mostly_vain(&self) -> bool {
-        let Tally { found, vain, .. } = self.total();
-        vain >= found
-    }
-
     /// How much the readings of the next key frame of a look that sees the plane count in its fit. The errors
     /// of the pose and of the sensor are about the same in all of a look, so they count fully while the look
     /// gains by them, and then less and less: a look never has the weight of more than twice [`ENOUGH`] key
@@ -111,8 +99,13 @@ impl Looks {
 
     /// The share of the looks that saw the plane; 1 before any.
     pub(super) fn share(&self) -> f64 {
-        let Tally { looked, saw, .. } = self.total();
-        if looked == 0 { 1.0 } else { saw as f64 / looked as f64 }
+        self.total().share()
+    }
+
+    /// The share if another whole look saw the plane.
+    pub(super) fn share_after_a_look(&self) -> f64 {
+        let Tally { looked, saw } = self.total();
+        Tally { looked: looked + ENOUGH * UNIT, saw: saw + ENOUGH * UNIT }.share()
     }
 
     /// The looks of two planes that become one. Of these, `since` are what the looks at the two together have
@@ -123,24 +116,22 @@ impl Looks {
         let earlier = Tally {
             looked: all.looked.saturating_sub(later.looked) + since.earlier.looked,
             saw: all.saw.saturating_sub(later.saw) + since.earlier.saw,
-            found: all.found.saturating_sub(later.found) + since.earlier.found,
-            vain: all.vain.saturating_sub(later.vain) + since.earlier.vain,
         };
         Self { earlier, ..since }
     }
 
     fn total(&self) -> Tally {
-        let Tally { looked, saw, .. } = self.last;
-        let (found, vain) = (u64::from(saw > 0), u64::from(looked > 0 && saw == 0));
+        let Tally { looked, saw } = self.last;
         // Divided last and rounded down, so that the sums do not depend on what else is summed.
         let enough = looked.min(ENOUGH) * UNIT;
         let saw = (enough * saw).checked_div(looked).unwrap_or(0);
-        Tally {
-            looked: self.earlier.looked + enough,
-            saw: self.earlier.saw + saw,
-            found: self.earlier.found + found,
-            vain: self.earlier.vain + vain,
-        }
+        Tally { looked: self.earlier.looked + enough, saw: self.earlier.saw + saw }
+    }
+}
+
+impl Tally {
+    fn share(&self) -> f64 {
+        if self.looked == 0 { 1.0 } else { self.saw as f64 / self.looked as f64 }
     }
 }
 
@@ -163,6 +154,7 @@ mod tests {
         assert_eq!(looks(&[(5, 5), (18_000, 0)]).share(), 0.2);
         assert_eq!(looks(&[(18_000, 18_000), (20, 0), (20, 0), (20, 0)]).share(), 0.25);
         assert_eq!(looks(&[]).share(), 1.0);
+        assert_eq!(looks(&[(5, 5), (18_000, 0)]).share_after_a_look(), 25.0 / 45.0);
     }
 
     #[test]

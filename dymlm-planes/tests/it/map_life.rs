@@ -175,20 +175,22 @@ fn a_key_frame_of_a_long_rest_can_be_taken_out_without_a_trace() {
 
 /// Regression: planes that were seen once, and looked through from then on, stayed for as long as the map.
 #[test]
-fn what_was_never_confirmed_and_is_looked_past_from_elsewhere_is_dropped() {
+fn what_was_never_confirmed_and_is_looked_past_again_and_again_is_dropped() {
     let wall = crate::common::upright([0.0, 2.0, 1.0], 2.0, 1.5);
     let board = crate::common::upright([0.0, 1.4, 1.0], 0.25, 0.25);
     let view = |x: f64| crate::common::look_at([x, 0.0, 1.0], [x / 2.0, 1.4, 1.0]);
     let mut map = map_of(&[detect(&World::of(&[wall, board]), view(0.0), 0)]);
     let seen = all_planes(&map).len();
     assert_eq!(seen, 2);
-    // From the same place it may have been missed each time for the same reason.
-    for seed in 1..30 {
-        insert(&mut map, &detect(&World::of(&[wall]), view(0.0), seed));
+    // From the same place it may have been missed each time for the same reason, and from the next few places
+    // it speaks against the plane, if that is seen once more.
+    let looks_past = |look: u64| (0..20).map(move |seed| (view(0.3 * (look % 2) as f64), 20 * look + seed));
+    for (pose, seed) in (0..7).flat_map(looks_past).chain(looks_past(6)) {
+        insert(&mut map, &detect(&World::of(&[wall]), pose, 1 + seed));
     }
     assert_eq!(all_planes(&map).len(), 2);
     let elsewhere: Vec<Detected> =
-        (0..12).map(|seed| detect(&World::of(&[wall]), view(0.3), 40 + seed)).collect();
+        looks_past(7).map(|(pose, seed)| detect(&World::of(&[wall]), pose, 1 + seed)).collect();
     let before = map.clone();
     let reports: Vec<_> = elsewhere.iter().map(|frame| insert(&mut map, frame)).collect();
     assert_eq!((map.len(), all_planes(&map).len()), (1, 1));

@@ -25,9 +25,10 @@ impl PlaneMap {
         }
     }
 
-    /// Whether a plane has too few sightings to be confirmed, and has been looked at in vain from as many places
-    /// as it was seen from, and so often that even more of them would not confirm it; or stands in free space,
-    /// and the camera that saw it there has left.
+    /// Whether a plane has too few sightings to be confirmed, and has been looked at in vain so often that
+    /// another whole look that sees it would not confirm it; or stands in free space, and the camera that saw it
+    /// there has left. What is dropped earlier comes back without what speaks against it: two key frames would
+    /// confirm what a plane fitted across an edge shows now and then.
     fn is_refuted(&self, plane: &MapPlane) -> bool {
         let looks = plane.sightings.looks;
         let is_past = self.look.is_none_or(|look| !looks.has(look.first));
@@ -35,7 +36,7 @@ impl PlaneMap {
             && if plane.is_gone {
                 is_past
             } else {
-                looks.is_mostly_vain() && looks.share() < self.config.min_observation_share
+                looks.share_after_a_look() < self.config.min_observation_share
             }
     }
 
