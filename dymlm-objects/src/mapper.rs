@@ -13,7 +13,8 @@ use crate::optimization::{
 use crate::parameterization::{Parameterizer, Vertical};
 use crate::{
     Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectMerge, ObjectObservation,
-    ObjectReport, ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief, SupportingPlanes,
+    ObjectReport, ObjectShape, ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief,
+    SupportingPlanes,
 };
 
 /// Builds the object map, one frame at a time (paper IV).
@@ -670,7 +671,8 @@ impl ObjectMapper {
     }
 
     /// Confirms an object when it was observed often enough, and often enough while in view, its size is
-    /// plausible for its label, and a view shows enough of it; otherwise makes it tentative.
+    /// plausible for its label, it looks like what was detected, and a view shows enough of it; otherwise makes
+    /// it tentative.
     fn confirm_objects(&mut self) {
         let update = &self.config.update;
         for &birth in &self.in_view {
@@ -680,10 +682,11 @@ impl ObjectMapper {
             let lengths = object.oriented_box.lengths();
             let is_plausible =
                 prior.is_none_or(|prior| prior.admits(lengths, object.axes.pose(), PRIOR_SLACK));
-            let is_seen = object.observations >= update.min_observations
-                && object.detected_share.share() >= update.min_detected_share;
-            let is_shown = || object.key_views.show(&object.shape(), LEAST_SHOWN);
-            let is_confirmed = is_seen && is_plausible && is_shown();
+            let shape = object.shape();
+            let is_confirmed = object.observations >= update.min_observations
+                && is_plausible
+                && object.detected_share.share() >= least_share(object, &shape, update.min_detected_share)
+                && object.key_views.show(&shape, LEAST_SHOWN);
             match (object.state, is_confirmed) {
                 (ObjectState::Tentative, true) => {
                     Arc::make_mut(object).state = ObjectState::Confirmed;
@@ -697,6 +700,15 @@ impl ObjectMapper {
             }
         }
     }
+}
+
+/// The share of the frames with an object in view that must have detected it to confirm it. What a detector
+/// reports by mistake has boxes that no one shape fits in all views, and what is detected seldom because it is
+/// small has boxes that fit: so all of `share` is asked for of a shape that just looks like its detections, less
+/// of one that fits better, and no share is enough for one that looks like something else.
+fn least_share(object: &MapObject, shape: &ObjectShape, share: f64) -> f64 {
+    let fit = object.key_views.mean_iou(shape).unwrap_or(0.0);
+    if fit < LOOKS_LIKE { f64::INFINITY } else { share * (1.0 - fit) / (1.0 - LOOKS_LIKE) }
 }
 
 /// Whether most of an observation's points lie on an object's surface.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use crate::common::{Scene, TABLE, looking, mapper, planes, upright};
 use dymlm_core::vector3::norm;
 use dymlm_core::{
-    DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64, Succession,
+    BoundingBox, DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64, Succession,
 };
 use dymlm_objects::{
     Error, MapObject, NoPlanes, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
@@ -501,12 +501,40 @@ fn what_a_detector_hardly_ever_finds_again_is_forgotten() {
                 assert!(mapper.map().object(id(1)).is_none());
             }
         }
-        // Two frames in ten are too few to confirm the book, and too many for a mistake.
+        // Two frames in ten are enough for a book whose detections fit so well.
         assert_eq!(mapper.map().object(id(0)).unwrap().state(), ObjectState::Confirmed);
-        assert_eq!(mapper.map().object(id(2)).unwrap().state(), ObjectState::Tentative);
+        assert_eq!(mapper.map().object(id(2)).unwrap().state(), ObjectState::Confirmed);
         // Found again, it is a new one.
         assert_eq!(mapper.map().object(id(3)).unwrap().label(), "cup");
     }
+}
+
+/// Regression: what a detector reported by mistake, each time with another box, was confirmed when it did so
+/// often, and a thing that it found in one of six frames never was.
+#[test]
+fn an_object_is_confirmed_by_detections_that_it_looks_like() {
+    let state = |scale: f32, interval: usize| {
+        let (scene, mut mapper) = (kitchen(), mapper());
+        for step in 0..30 {
+            let pose = pose(step % 10);
+            let found = (step % interval == 0).then(|| scene.detection(&pose, 0, "microwave"));
+            let around = |detection: Detection| {
+                let own = detection.bounding_box();
+                let (left, top) = (own.x_min() - scale * own.width(), own.y_min() - scale * own.height());
+                let wide = BoundingBox::new(left, top, own.x_max(), own.y_max()).unwrap();
+                Detection::new("microwave", 0.9, wide).unwrap()
+            };
+            let detections: Vec<Detection> = found.map(around).into_iter().collect();
+            let frame = scene.frame(0.1 * step as f64, &pose);
+            mapper.insert(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap();
+        }
+        mapper.map().object(id(0)).map(MapObject::state)
+    };
+    assert_eq!(state(0.0, 6), Some(ObjectState::Confirmed));
+    assert_eq!(state(0.2, 1), Some(ObjectState::Confirmed));
+    // A fit of .7 asks for half of the share that a bad one needs.
+    assert_eq!(state(0.2, 10), Some(ObjectState::Tentative));
+    assert_eq!(state(1.0, 1), Some(ObjectState::Tentative));
 }
 
 /// Three cups that were seen three times, and their labels.
