@@ -24,7 +24,7 @@ def test_an_interrupted_builder_goes_on(frames):
             raised.append(number)
         inserted_frames.append(frame)
     assert raised == [4]
-    assert same(builder.finish(), inserted(inserted_frames, history="memory").map())
+    assert same(builder.finish(), inserted(inserted_frames, history="memory").finish())
 
 
 @pytest.fixture(autouse=True)
