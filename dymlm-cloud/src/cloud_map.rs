@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use dymlm_core::{Frame, PinholeCamera, Point, PointCloud, Pose, Rgb, SensorModel};
 
-use crate::block_store::{BlockKey, BlockStore, count};
+use crate::block_store::{BLOCK_SIDE, BlockKey, BlockStore, count};
 use crate::direction::Direction;
 use crate::evidence::Evidence;
 use crate::fixed_point::{FixedPointFrame, ray_length};
@@ -121,6 +121,10 @@ pub enum Selection {
 /// Number of blocks that are fetched from memory at once: with some 50 voxels each they fit into a
 /// processor's nearest cache.
 const FETCHED: usize = 16;
+/// Most blocks of 8^3 cells of the evidence that may fit between a camera and its readings: some 400 MB. A lower
+/// value refuses sensors of a long range, a higher one lets a frame whose focal lengths are in millimetres fill
+/// the memory.
+const MOST_VIEW_BLOCKS: f64 = 2_097_152.0;
 
 impl CloudMap {
     /// An empty map.
@@ -150,12 +154,12 @@ impl CloudMap {
         })
     }
 
-    /// Checks that the map reaches as far as a frame's readings: an insertion refuses a pose for no other
-    /// reason.
+    /// Checks that the map reaches as far as a frame's readings, and can note what the frame looks through: an
+    /// insertion refuses a pose for no other reason.
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfReach`].
+    /// [`Error::OutOfReach`], [`Error::ViewTooLarge`].
     pub fn check_reach(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
         self.lattice_of(frame, None, world_from_camera).map(|_| ())
     }
@@ -164,7 +168,8 @@ impl CloudMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Core`] for a mask of another size than the frame; [`Error::OutOfReach`].
+    /// [`Error::Core`] for a mask of another size than the frame; [`Error::OutOfReach`];
+    /// [`Error::ViewTooLarge`].
     pub fn insert(
         &mut self,
         frame: &Frame,
@@ -362,7 +367,28 @@ impl CloudMap {
         if let Some(masks) = masks {
             masks.check(frame.camera())?;
         }
+        self.check_view(frame)?;
         self.lattice_around(ray_length(frame.camera()), world_from_camera)
+    }
+
+    /// Checks that what a frame looks through is not too much to be noted. O(1), but O(pixels) for a frame that
+    /// might look through too much.
+    fn check_view(&self, frame: &Frame) -> Result<(), Error> {
+        let side = self.evidence.cell_size() * BLOCK_SIDE as f64;
+        let most = MOST_VIEW_BLOCKS * side.powi(3);
+        let (camera, max_depth) = (frame.camera(), f64::from(self.weighting.sensor().max_depth));
+        // The pyramid between the camera and a pixel of depth z.
+        let behind_pixel = |z: f64| z.powi(3) / (3.0 * (camera.fx() * camera.fy()).abs());
+        let pixels = frame.depth().data();
+        if pixels.len() as f64 * behind_pixel(max_depth) <= most {
+            return Ok(());
+        }
+        let readings = pixels.iter().map(|&z| f64::from(z)).filter(|&z| z > 0.0);
+        let volume: f64 = readings.map(|z| behind_pixel(z.min(max_depth))).sum();
+        if volume <= most {
+            return Ok(());
+        }
+        Err(Error::ViewTooLarge { volume, most, voxel_size: self.config.voxel_size })
     }
 
     /// The lattice for readings up to the sensor's greatest depth times `longest_ray` away.

@@ -31,6 +31,19 @@ pub enum Error {
         /// Half side of the mappable cube, metres.
         reach: f64,
     },
+    /// A frame that looks through too much space: its evidence would fill the memory.
+    #[error(
+        "a frame that looks through {volume:.0} m3: with voxels of {voxel_size} m at most {most:.0} m3 are noted a frame \
+        (focal lengths are in pixels; sensor.max_depth limits how far readings lie)"
+    )]
+    ViewTooLarge {
+        /// The space between the camera and its readings, m³.
+        volume: f64,
+        /// The most that a frame may look through, m³.
+        most: f64,
+        /// Side of a voxel, metres.
+        voxel_size: f64,
+    },
     /// A frame to be removed was never inserted with this pose and these masks.
     #[error("the frame at {timestamp} s is not in the map with this pose and mask: it cannot be taken out")]
     NotInserted {

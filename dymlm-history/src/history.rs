@@ -285,7 +285,7 @@ impl History {
 
     /// Why the file has refused something last; `None` once everything that it had refused is written.
     pub fn failure(&self) -> Option<&std::io::Error> {
-        self.failure.as_deref()
+        self.failure.as_deref().filter(|_| self.unfiled_bytes() > 0)
     }
 
     /// Waits until everything is packed.

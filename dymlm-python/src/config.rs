@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use toml::{Table, Value};
 
-use crate::error::{OrRaise, refused_setting};
+use crate::error::{FileError, OrRaise, refused_setting};
 
 /// Settings of the maps. Fields that are not given have their defaults, or those of `preset` ("default",
 /// "offline": every frame is mapped, "robot"). The fields are those of a config file:
@@ -64,9 +64,9 @@ impl PyConfig {
     }
 
     fn of_file(path: &Path) -> PyResult<Self> {
-        let named = |words: String| refused_setting(format!("{}: {words}", path.display()));
-        let text = std::fs::read_to_string(path).map_err(|error| named(error.to_string()))?;
-        MapConfig::from_toml(&text).map_err(|error| named(error.to_string())).map(Self)
+        let named = |words: &dyn std::fmt::Display| format!("{}: {words}", path.display());
+        let text = std::fs::read_to_string(path).map_err(|error| FileError::new_err(named(&error)))?;
+        MapConfig::from_toml(&text).map_err(|error| refused_setting(named(&error))).map(Self)
     }
 }
 

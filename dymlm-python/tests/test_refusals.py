@@ -89,7 +89,7 @@ def test_configs(frames, tmp_path):
         dymlm.Config("robots")
     with pytest.raises(dymlm.Error, match="cloud.voxel_size = -1 is outside its range 0.001..=1"):
         dymlm.MapBuilder(frames[0].camera, dymlm.Config(cloud={"voxel_size": -1.0}))
-    with pytest.raises(dymlm.Error, match=r"missing\.toml"):
+    with pytest.raises(dymlm.FileError, match=r"missing\.toml"):
         dymlm.Config.from_toml(tmp_path / "missing.toml")
 
 

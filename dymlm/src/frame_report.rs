@@ -86,6 +86,8 @@ pub struct ScanUpdate {
     pub octree: InsertReport,
     /// Objects that were removed, since they are no longer where they were.
     pub removed: Vec<ObjectId>,
+    /// Objects that have new parameters, since part of them stood in what is free space now.
+    pub updated: Vec<ObjectId>,
 }
 
 /// What a key frame has brought into the maps.

@@ -102,8 +102,8 @@ impl ScanMapper {
         let cloud =
             clock.time(Stage::Cloud, || map.cloud.insert_scan(timestamp, points, world_from_sensor))?;
         let octree = clock.time(Stage::Octree, || self.insert_into(&mut map.octree, world_from_sensor))?;
-        let removed = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(timestamp)).removed;
-        Ok(ScanUpdate { cloud, octree, removed })
+        let freed = clock.time(Stage::GhostRemoval, || map.remove_ghosts_when_due(timestamp));
+        Ok(ScanUpdate { cloud, octree, removed: freed.removed, updated: freed.updated })
     }
 
     /// Checks that the octree would take a scan.

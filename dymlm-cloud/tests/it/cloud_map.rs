@@ -168,6 +168,15 @@ fn a_view_of_nearly_half_the_space_is_mapped() {
     map.remove(&wide, None, &Pose::identity()).unwrap();
     assert_eq!(map.held_voxels(), 0);
 
+    // An image as large as the sensor has: 25 million blocks.
+    let camera = PinholeCamera::new(640, 480, 1.0, 1.0, 319.5, 239.5).unwrap();
+    let depth = DepthImage::new(640, 480, vec![2.0; 640 * 480]).unwrap();
+    let wider = Frame::new(0.0, camera, depth, None).unwrap();
+    let refused = map.insert(&wider, None, &Pose::identity()).unwrap_err();
+    assert!(matches!(refused, Error::ViewTooLarge { volume, .. } if (volume - 819_200.0).abs() < 1.0));
+    assert!(refused.to_string().contains("focal lengths"), "{refused}");
+    assert_eq!(map.held_voxels(), 0);
+
     let far = Pose::new([0.0, 1e5, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
     let told = map.insert(&wide, None, &far).unwrap_err().to_string();
     assert!(told.contains("lie up to 176.9") && told.contains("narrower view"), "{told}");

@@ -138,6 +138,10 @@ impl KeyViews {
         let before = self.views.len();
         self.views.retain(|view| !view.prefers(old, new));
         let dropped = self.views.len() < before;
+        if dropped {
+            // Those that come next are as welcome as the first ones were.
+            (self.stride_log2, self.seen) = (0, 0);
+        }
         if self.views.is_empty() {
             self.views.extend(self.newest);
         }

@@ -129,9 +129,17 @@ impl Reparameterizer {
         let Some(mut fit) = self.fit(object, vertical, priors, planes) else { return false };
         let (old, mut proposed) = (object.shape(), ObjectShape::new(shape, fit.oriented_box));
         let has_moved = object.key_views.have_moved_on(&old, &proposed);
+        let whole = Arc::clone(&object.cloud);
         if has_moved && Arc::make_mut(&mut object.cloud).take_out(object.key_views.newest_excludes()) {
-            let Some(again) = self.fit(object, vertical, priors, planes) else { return false };
-            (fit, proposed) = (again, ObjectShape::new(shape, again.oriented_box));
+            let again = self.fit(object, vertical, priors, planes);
+            let again = again.map(|fit| (fit, ObjectShape::new(shape, fit.oriented_box)));
+            let is_better = |(fit, proposed): &(BoxFit, ObjectShape)| {
+                is_plausible(object, fit, priors) && object.key_views.have_moved_on(&old, proposed)
+            };
+            match again.filter(is_better) {
+                Some(again) => (fit, proposed) = again,
+                None => object.cloud = whole,
+            }
         }
         if !is_plausible(object, &fit, priors) || !(has_moved || fits_views(object, &proposed)) {
             return false;
@@ -172,10 +180,10 @@ impl Reparameterizer {
             let has_flat_parts = stance == Stance::OnPlane && prior.height.min <= self.flat_height;
             let completion = Completion { prior, views, stance, has_flat_parts, walls };
             // Colours show all sides of a flat thing, but not what rises from it without readings.
-            oriented_box = if is_flat {
-                completion.complete_height(&oriented_box)
-            } else {
-                completion.complete(&oriented_box)
+            oriented_box = match (is_flat, stance) {
+                (true, Stance::Unknown) => oriented_box,
+                (true, _) => completion.complete_height(&oriented_box),
+                (false, _) => completion.complete(&oriented_box),
             };
         }
         Some(BoxFit { oriented_box, ..fit })

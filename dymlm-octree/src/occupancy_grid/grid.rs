@@ -71,6 +71,9 @@ impl OccupancyGrid {
     /// The part of the grid that a region touches, cell by cell as it is here; cells of the region that the grid
     /// does not have are unknown.
     ///
+    /// An [update](Self::update) brings only what has changed: it does not fill in cells that the grid did not
+    /// have before it was cropped.
+    ///
     /// An [inflated](Self::inflated) grid of a region lacks the margins of obstacles outside of it: make the grid
     /// of a region that is larger by the radius, inflate that, and crop it.
     ///

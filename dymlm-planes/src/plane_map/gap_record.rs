@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::Birth;
 
@@ -68,9 +68,20 @@ impl GapRecord {
         }
     }
 
-    /// Forgets what was seen between a plane and others.
-    pub(super) fn forget(&mut self, plane: Birth) {
-        self.pairs.retain(|pair, _| !pair.contains(&plane));
+    /// Forgets what was seen between some planes and others. O(all pairs), if there are any planes.
+    pub(super) fn forget(&mut self, planes: &BTreeSet<Birth>) {
+        if !planes.is_empty() {
+            self.pairs.retain(|pair, _| !pair.iter().any(|plane| planes.contains(plane)));
+        }
+    }
+
+    /// Whether the numbers are plausible; a damaged file may hold others.
+    #[cfg(feature = "state")]
+    pub(super) fn is_possible(&self) -> bool {
+        self.pairs.values().all(|tally| {
+            let counts = [tally.occluded, tally.through, tally.joined, tally.steps];
+            counts.iter().all(|&count| count < 1 << 30) && tally.heights < 1 << 62
+        })
     }
 
     /// Approximate size in bytes.
@@ -109,7 +120,7 @@ pub(super) fn pair_of(a: Birth, b: Birth) -> PlanePair {
 }
 
 /// A key frame's looks between planes, with each plane replaced by the one that it has become (`resolve`).
-/// Where several pairs have become one, a step counts first, then `LookedThrough`.
+/// Where several pairs have become one, a step counts first, then `Joined`, then `LookedThrough`.
 pub(super) fn resolve_looks(gap_looks: &GapLooks, resolve: impl Fn(Birth) -> Birth) -> GapLooks {
     let resolved = gap_looks.iter().map(|&([a, b], gap_look)| (pair_of(resolve(a), resolve(b)), gap_look));
     let mut resolved: GapLooks = resolved.filter(|([a, b], _)| a != b).collect();

@@ -68,7 +68,7 @@ impl Looks {
     /// Whether the numbers are plausible; a damaged file may hold others.
     #[cfg(feature = "state")]
     pub(super) fn is_possible(&self) -> bool {
-        let is_tally = |tally: &Tally| tally.saw <= tally.looked && tally.looked < 1 << 50;
+        let is_tally = |tally: &Tally| tally.saw <= tally.looked && tally.looked < 1 << 48;
         is_tally(&self.earlier) && is_tally(&self.last)
     }
 

@@ -184,9 +184,9 @@ impl PlaneMap {
     }
 
     /// The planes that are not confirmed, or no longer, in the same order. Those that were never confirmed
-    /// are dropped when they have been looked at in vain from as many places as they were seen from, and too
-    /// often for [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in free
-    /// space.
+    /// are dropped when they have been looked at in vain so often that another whole look that sees them would
+    /// not bring them to [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in
+    /// free space and the camera has left.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }

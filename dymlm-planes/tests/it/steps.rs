@@ -64,6 +64,20 @@ fn a_step_that_hardly_any_key_frame_shows_is_an_error() {
     assert_eq!((planes[0], planes[10], planes[27]), (2, 2, 1), "{planes:?}");
 }
 
+/// Who stands close before a board on a wall reads the board where the middle of the wall is: that does not say
+/// that the two are one surface.
+#[test]
+fn a_board_before_a_wall_stays_one_however_long_it_fills_the_view() {
+    let wall = upright([0.0, 2.0, 1.0], 1.5, 1.0);
+    let board = upright([0.0, 1.97, 1.0], 0.5, 0.4);
+    let near = (0..4).map(|k| (1.3, 0.1 * f64::from(k)));
+    let close = (0..80).map(|k| (0.6, 0.05 * f64::from(k % 3)));
+    let views = near.clone().chain(close).chain(near);
+    let view = |(distance, aside): (f64, f64)| look_at([aside, 1.97 - distance, 1.0], [0.0, 2.0, 1.0]);
+    let map = map_of(&World::of(&[wall, board]), views.map(view));
+    assert_eq!(map.len(), 2);
+}
+
 #[test]
 fn a_key_frame_that_showed_a_step_is_removed_without_a_trace() {
     let mut map = map_of(&cupboard(), [1.2, 3.2].map(from));

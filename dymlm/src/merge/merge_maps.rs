@@ -51,8 +51,9 @@ impl MultiLevelMap {
     ///
     /// [`Error::ConfigsDiffer`] names the setting that differs; [`Error::SessionsDiffer`] when both hold a
     /// session, but with different contents (its poses were corrected in one of them alone, for example);
-    /// [`Error::NoHistory`]; [`Error::History`] when an observation cannot be read; [`Error::Cloud`] and
-    /// [`Error::Planes`] when a pose lies outside what the maps can reach. Nothing has changed then.
+    /// [`Error::NoHistory`]; [`Error::History`] when an observation cannot be read; [`Error::Cloud`],
+    /// [`Error::Octree`] and [`Error::Planes`] when a pose lies outside what the maps can reach;
+    /// [`Error::Paging`] when a file for pages cannot be made. Nothing has changed then.
     pub fn merge(&mut self, other: &Self, world_from_other: &Pose) -> Result<MergeReport, Error> {
         self.check_configs(other)?;
         let [own_log, other_log] = [&*self, other].map(|map| map.past.log.as_ref().ok_or(Error::NoHistory));

@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use dymlm_core::vector3::{difference, dot, norm};
 use dymlm_core::{Birth, DepthView, FrameId, Pose, Visibility};
 
@@ -7,7 +9,7 @@ use super::super::map_plane::{MapPlane, Sightings};
 use super::PlaneMap;
 use crate::detector::patch_range;
 use crate::linear_algebra::foot_on;
-use crate::patches::{PatchVoxel, VoxelBox};
+use crate::patches::{BlockKey, PatchVoxel, VoxelBox};
 
 /// Cosine of the angle from the optical axis within which a key frame counts as looking at a place: 25
 /// degrees, the inner half of a Kinect's view.
@@ -129,7 +131,7 @@ impl PlaneMap {
 }
 
 impl MapPlane {
-    fn judge_block(&mut self, block: crate::patches::BlockKey, is_free: &impl Fn([f64; 3]) -> Option<bool>) {
+    fn judge_block(&mut self, block: BlockKey, is_free: &impl Fn([f64; 3]) -> Option<bool>) {
         let place = |voxel: PatchVoxel| foot_on(&self.plane, voxel.center(self.shape.voxel_size));
         match Judgement::of(self.patch.voxels_of(block), |voxel| is_free(place(voxel))) {
             Some(judgement) => self.judged.insert(block, judgement),
@@ -147,6 +149,32 @@ impl MapPlane {
     pub(super) fn forget_gone_voxels(&mut self) {
         let patch = &self.patch;
         self.judged.retain(|block, judged| judged.keep(patch.voxels_of(*block)));
+    }
+
+    /// The same in some blocks.
+    pub(super) fn forget_gone_voxels_in(&mut self, blocks: impl Iterator<Item = BlockKey>) {
+        for block in blocks {
+            if let Some(judged) = self.judged.get_mut(&block)
+                && !judged.keep(self.patch.voxels_of(block))
+            {
+                self.judged.remove(&block);
+            }
+        }
+    }
+
+    /// Takes over how another plane was judged that is about to become part of it.
+    pub(super) fn unite_judgements(&mut self, other: &Self) {
+        let blocks: BTreeSet<BlockKey> = self.judged.keys().chain(other.judged.keys()).copied().collect();
+        for block in blocks {
+            let united = Judgement::united(
+                [&*self, other].map(|of| (of.judged.get(&block), of.patch.voxels_of(block))),
+            );
+            match united {
+                Some(judged) => self.judged.insert(block, judged),
+                None => self.judged.remove(&block),
+            };
+        }
+        self.most_stood = self.most_stood.max(other.most_stood);
     }
 
     /// Forgets how it was judged.
@@ -173,7 +201,7 @@ impl MapPlane {
 
     /// Number of its voxels of which nothing is known.
     fn unknown_voxels(&self) -> usize {
-        self.judged.values().map(|judged| judged.unknown).sum()
+        self.judged.values().map(Judgement::unknown_voxels).sum()
     }
 
     /// Number of its voxels in free space.

@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm_core::{Birth, FrameId};
 
@@ -9,20 +9,25 @@ use super::PlaneMap;
 
 /// Planes that were dropped, each with the key frame that gave the reason. What the key frames saw of them
 /// stays, so that they come back with the removal of that one, or of another that had looked there in vain.
-pub(super) type Dropped = BTreeMap<Birth, FrameId>;
+/// None for a plane that stands in free space, which no key frame alone has shown: that does not come back.
+pub(super) type Dropped = BTreeMap<Birth, Option<FrameId>>;
 
 /// Dropping of planes that were never confirmed: of noise, of ghosts and of what passed by. They are a few in
 /// each minute, and without that all of them would stay for as long as the map.
 impl PlaneMap {
     /// Drops those of some planes, not seen by the last key frame, that have been refuted.
     pub(super) fn drop_refuted(&mut self, planes: impl IntoIterator<Item = Birth>) {
+        let last = FrameId::new(self.next_key_frame.saturating_sub(1));
+        let mut refuted = BTreeSet::new();
         for birth in planes {
-            if self.planes.get(&birth).is_some_and(|plane| self.is_refuted(plane)) {
-                self.take_plane(birth);
-                self.gaps.forget(birth);
-                self.dropped.insert(birth, FrameId::new(self.next_key_frame.saturating_sub(1)));
-            }
+            let Some(plane) = self.planes.get(&birth).filter(|plane| self.is_refuted(plane)) else {
+                continue;
+            };
+            self.dropped.insert(birth, (!plane.is_gone).then_some(last));
+            self.take_plane(birth);
+            refuted.insert(birth);
         }
+        self.gaps.forget(&refuted);
     }
 
     /// Whether a plane has too few sightings to be confirmed, and has been looked at in vain so often that
@@ -43,7 +48,9 @@ impl PlaneMap {
     /// Brings back the planes that were dropped because of a key frame, which is gone.
     pub(super) fn take_back(&mut self, key_frame: FrameId, gone: &KeyFrame) -> Vec<Birth> {
         let missed: Vec<Birth> = gone.missed.iter().map(|&birth| self.resolve(birth)).collect();
-        let is_back = |birth: &Birth, by: &FrameId| *by == key_frame || missed.contains(birth);
+        let is_back = |birth: &Birth, by: &Option<FrameId>| {
+            by.is_some_and(|by| by == key_frame || missed.contains(birth))
+        };
         let back: Vec<Birth> =
             self.dropped.iter().filter(|(a, by)| is_back(a, by)).map(|(&a, _)| a).collect();
         self.dropped.retain(|birth, by| !is_back(birth, by));

@@ -82,7 +82,8 @@ impl PlaneMap {
     }
 
     /// Whether a key frame reads one of two planes, between which others have shown a step, where the other
-    /// is, from so near that it would have shown that step.
+    /// has been read, from so near that it would have shown that step. (The middle of a wall behind a board
+    /// that stands before it has never been read: that the board is there tells nothing.)
     fn reads_as_one(
         &self,
         [a, b]: [&MapPlane; 2],
@@ -94,7 +95,9 @@ impl PlaneMap {
         let reads = |plane: &MapPlane, where_is: &MapPlane| {
             let place = camera_from_world.transform_point(where_is.centroid);
             let read = seen.plane_at(place).and_then(|detected| insertion.associations.get(detected));
-            read == Some(&plane.birth) && self.sensor.tolerance(place[2] as f32, 0.0) < height
+            read == Some(&plane.birth)
+                && where_is.holds(where_is.centroid)
+                && self.sensor.tolerance(place[2] as f32, 0.0) < height
         };
         !a.is_gone && !b.is_gone && (reads(a, b) || reads(b, a))
     }
@@ -275,6 +278,7 @@ impl PlaneMap {
         let Some(plane) = self.planes.get_mut(&into) else { return };
         gone.patch.blocks().for_each(|block| self.index.take(block, from));
         plane.moments.add(&gone.moments);
+        plane.unite_judgements(&gone);
         plane.patch.add(&gone.patch, |block| self.index.add(block, into));
         plane.sightings = plane.sightings.united(&gone.sightings, both_saw, both_looked, looks);
         plane.refit();

@@ -43,7 +43,7 @@ impl PlaneMap {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
             plane.moments.subtract(&placed.moments);
             plane.patch.subtract(&placed.patch, |block| self.index.take(block, birth));
-            plane.forget_gone_voxels();
+            plane.forget_gone_voxels_in(placed.patch.blocks());
             plane.refit();
         }
     }

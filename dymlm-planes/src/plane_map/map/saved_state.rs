@@ -236,6 +236,7 @@ impl Head {
             && self.planes.is_sorted_by(|a, b| a < b)
             && self.planes.iter().all(|&plane| self.names.birth(self.names.id(plane)) == Some(plane))
             && self.planes.last().is_none_or(|last| last.get() < self.names.births())
+            && self.gaps.is_possible()
             && self.dropped.keys().all(|plane| self.planes.binary_search(plane).is_err())
             && self.dropped.keys().all(|plane| plane.get() < self.names.births())
             // Numbers in keys have two bits less.
