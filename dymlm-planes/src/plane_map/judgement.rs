@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use crate::patches::PatchVoxel;
 
 /// What the evidence says of a plane's voxels in a block.
@@ -8,6 +10,14 @@ pub(super) struct Judgement {
     unknown: Vec<u16>,
     /// The same of those in free space: what was there is gone.
     free: Vec<u16>,
+}
+
+/// What is known of a voxel; of two planes' voxels in one place, the greater counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum State {
+    Unknown,
+    Free,
+    Stands,
 }
 
 impl Judgement {
@@ -31,31 +41,25 @@ impl Judgement {
     /// The judgement on the voxels of a block that two planes have together, each with its own judgement: what
     /// stands for one of them stands, and what is free for one of them and not there for the other is free.
     pub(super) fn united<V: Iterator<Item = PatchVoxel>>(planes: [(Option<&Self>, V); 2]) -> Option<Self> {
-        let (mut united, mut standing) = (Self::default(), Vec::new());
+        let mut states: BTreeMap<u16, State> = BTreeMap::new();
         for (own, voxels) in planes {
-            let none = Self::default();
-            let own = own.unwrap_or(&none);
             for place in voxels.map(PatchVoxel::place_in_block) {
-                if own.free.binary_search(&place).is_ok() {
-                    united.free.push(place);
-                } else if own.unknown.binary_search(&place).is_ok() {
-                    united.unknown.push(place);
-                } else {
-                    standing.push(place);
-                }
+                let state = own.map_or(State::Stands, |own| own.state(place));
+                states.entry(place).and_modify(|known| *known = state.max(*known)).or_insert(state);
             }
         }
-        standing.sort_unstable();
-        united.free.retain(|place| standing.binary_search(place).is_err());
-        united.free.sort_unstable();
-        united.free.dedup();
-        let free = &united.free;
-        united
-            .unknown
-            .retain(|place| standing.binary_search(place).is_err() && free.binary_search(place).is_err());
-        united.unknown.sort_unstable();
-        united.unknown.dedup();
+        let places =
+            |of: State| states.iter().filter(move |(_, state)| **state == of).map(|(&place, _)| place);
+        let united = Self { unknown: places(State::Unknown).collect(), free: places(State::Free).collect() };
         (!united.is_empty()).then_some(united)
+    }
+
+    fn state(&self, place: u16) -> State {
+        match place {
+            _ if self.free.binary_search(&place).is_ok() => State::Free,
+            _ if self.unknown.binary_search(&place).is_ok() => State::Unknown,
+            _ => State::Stands,
+        }
     }
 
     /// Whether all voxels stand.

@@ -281,7 +281,7 @@ impl PlaneMap {
             + self.merged_ids.memory_bytes()
             + self.names.memory_bytes()
             + self.gaps.memory_bytes()
-            + self.dropped.len() * size_of::<(Birth, FrameId)>()
+            + self.dropped.len() * size_of::<(Birth, Option<FrameId>)>()
     }
 
     /// Puts what older key frames have seen into a file, for the clones that share it as well: it is read again
