@@ -22,6 +22,7 @@ mod mapper;
 mod object_map;
 mod optimization;
 mod parameterization;
+mod pushed_objects;
 mod quantiles;
 mod renaming;
 mod report;

@@ -44,12 +44,12 @@ use crate::{
 /// ```
 #[derive(Debug, Clone)]
 pub struct ObjectMapper {
-    config: ObjectConfig,
-    sensor: SensorModel,
+    pub(crate) config: ObjectConfig,
+    pub(crate) sensor: SensorModel,
     limits: ObjectLimits,
     parameterizer: Parameterizer,
     pub(crate) associator: Associator,
-    reparameterizer: Reparameterizer,
+    pub(crate) reparameterizer: Reparameterizer,
     pub(crate) map: ObjectMap,
     pub(crate) last_timestamp: Option<f64>,
     /// The objects that somebody carries, and whether the place where each stood is known to be free.
@@ -64,7 +64,7 @@ pub struct ObjectMapper {
     observed: Vec<(Birth, usize)>,
     /// The objects whose boxes changed, which may therefore have become duplicates of others.
     pub(crate) changed: BTreeSet<Birth>,
-    near: Vec<Birth>,
+    pub(crate) near: Vec<Birth>,
     /// Ids of the planes that objects were seen to stand on.
     pub(crate) supports: BTreeSet<PlaneId>,
     /// The revision of the planes' ids that `supports` follow, where it is known.
@@ -341,55 +341,6 @@ impl ObjectMapper {
             None => true,
         });
         gone.into_iter().filter_map(|birth| Some(self.map.remove(birth)?.id)).collect()
-    }
-
-    /// Takes the points for which `is_free` holds out of the objects that were observed after a time (seconds)
-    /// and whose box reaches into a region (lowest and highest corner, metres, world): a thing that somebody has
-    /// pushed along is seen where it stands now, and its points at its old place are in free space. An object
-    /// that is not seen any more is judged [as a whole](Self::remove_where). Carried objects stay as they are.
-    ///
-    /// Returns the objects in whose parameters these points had a say: [`fit_anew`](Self::fit_anew) them.
-    pub fn take_free_points(
-        &mut self,
-        region: [[f64; 3]; 2],
-        since: f64,
-        is_free: impl Fn([f64; 3]) -> bool,
-    ) -> Vec<ObjectId> {
-        let Self { map, held, reparameterizer, near, .. } = self;
-        map.index.within(region, near);
-        let mut changed = Vec::new();
-        for &birth in near.iter().filter(|birth| !held.contains_key(birth)) {
-            let object = map.place(birth).and_then(|place| map.objects.get_mut(place));
-            let is_asked = |object: &&mut Arc<MapObject>| {
-                object.last_seen > since
-                    && boxes_touch(bounds(object.oriented_box.corners()), region)
-                    && object.points().any(&is_free)
-            };
-            // Clones go on sharing the objects that lose nothing.
-            let Some(object) = object.filter(is_asked).map(Arc::make_mut) else { continue };
-            if reparameterizer.take_free_points(object, &is_free) {
-                changed.push(object.id);
-            }
-        }
-        changed
-    }
-
-    /// Fits objects anew that have lost points. Returns those that have new parameters.
-    pub fn fit_anew(&mut self, objects: &[ObjectId], planes: &dyn SupportingPlanes) -> Vec<ObjectId> {
-        let mut updated = Vec::new();
-        for &id in objects {
-            let birth = self.map.object(id).map(|object| object.birth);
-            let place = birth.and_then(|birth| self.map.place(birth));
-            let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { continue };
-            let object = Arc::make_mut(object);
-            let (vertical, config) = (self.vertical.direction(), &self.config);
-            if self.reparameterizer.follow(object, vertical, &config.sizes, &config.shapes, planes) {
-                self.map.index.place(object);
-                self.changed.insert(object.birth);
-                updated.push(id);
-            }
-        }
-        updated
     }
 
     /// Forgets the objects whose centre is farther than `radius` metres from a place (world), except carried

@@ -68,17 +68,21 @@ impl MultiLevelMap {
         // The planes take about as long as octree and objects together.
         let judge_planes =
             || planes.judge(boxes.iter().copied(), looked_at, FREE_SHARE, |place| verdicts.is_free(place));
+        let since = ghost_removal.last;
+        let is_free = |place| verdicts.is_free(place) == Some(true);
         let free_others = || {
             if boxes.is_empty() {
                 return (Vec::new(), Vec::new());
             }
             octree.free_cells(boxes.iter().copied(), |center| is_ghost_cell(&verdicts, center, half));
             let removed = objects.remove_where(region, |object| is_gone(&verdicts, &mut object.points()));
-            let is_free = |place| verdicts.is_free(place) == Some(true);
-            (removed, objects.take_free_points(region, ghost_removal.last, is_free))
+            (removed, objects.partly_free(region, since, is_free))
         };
-        let (removed, changed) = crate::parallel::join(judge_planes, free_others).1;
-        FreedObjects { removed, updated: objects.fit_anew(&changed, &MappedPlanes(planes)) }
+        let (removed, partly_free) = crate::parallel::join(judge_planes, free_others).1;
+        FreedObjects {
+            removed,
+            updated: objects.follow_pushed(&partly_free, since, is_free, &MappedPlanes(planes)),
+        }
     }
 }
 

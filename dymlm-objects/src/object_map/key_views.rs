@@ -120,6 +120,11 @@ impl KeyViews {
         }
     }
 
+    /// The view of the last observation.
+    pub(crate) fn newest(&self) -> Option<&KeyView> {
+        self.newest.as_ref()
+    }
+
     /// Whether the last observation fits a new shape clearly better than the old one: then the thing stands
     /// there now.
     pub(crate) fn have_moved_on(&self, old: &ObjectShape, new: &ObjectShape) -> bool {
@@ -127,7 +132,7 @@ impl KeyViews {
     }
 
     /// Whether the last observation excludes that a place is the thing's: it lies beyond an end of its outline.
-    pub(crate) fn newest_excludes(&self) -> impl Fn([f64; 3]) -> bool {
+    pub(crate) fn newest_excludes(&self) -> impl Fn([f64; 3]) -> bool + use<> {
         let view = self.newest.map(|view| (view, view.world_from_camera.inverse()));
         move |place| view.is_some_and(|(view, camera_from_world)| view.excludes(camera_from_world, place))
     }

@@ -98,55 +98,55 @@ impl Reparameterizer {
         Proposal::Accepted
     }
 
-    /// Takes an object's points in free space out of it: those of where it stood before somebody pushed it
-    /// along. Returns whether any of them had a say in its parameters, which must then be fitted
-    /// [anew](Self::follow).
-    pub(crate) fn take_free_points(
-        &mut self,
-        object: &mut MapObject,
-        is_free: impl Fn([f64; 3]) -> bool,
-    ) -> bool {
-        let least = self.outliers.least_observations(&object.cloud, VOXEL_SHARE);
-        let origin = object.cloud.origin();
-        let had_a_say =
-            object.cloud.points().any(|(place, count)| count >= least && is_free(along(place, 1.0, origin)));
-        Arc::make_mut(&mut object.cloud).take_out(is_free);
-        had_a_say
+    /// Whether any of an object's points for which `is_free` holds has a say in its parameters.
+    pub(crate) fn is_shaped_by(&mut self, object: &MapObject, is_free: impl Fn([f64; 3]) -> bool) -> bool {
+        let (cloud, origin) = (&object.cloud, object.cloud.origin());
+        // Most objects have no point in free space, and need no quantile of their counts.
+        let mut free = cloud.points().filter(|(place, _)| is_free(along(*place, 1.0, origin))).peekable();
+        free.peek().is_some() && {
+            let least = self.outliers.least_observations(cloud, VOXEL_SHARE);
+            free.any(|(_, count)| count >= least)
+        }
     }
 
-    /// [`Self::update`] of an object that has lost points. Where the last observation fits the new parameters
-    /// clearly better than the old ones the thing has moved, and views that say otherwise are of its old place,
-    /// as are points beyond its outline: too near to where it stands now for the evidence to tell them apart.
+    /// Takes the points for which `is_free` holds out of an object that somebody has pushed along, and fits it
+    /// anew where it stands now. It was pushed when its last observation fits the new parameters clearly better
+    /// than the old ones: views that say otherwise are of its old place, as are points beyond its outline,
+    /// which are too near to where it stands now for the evidence to tell them apart. An object that stands
+    /// where it stood stays whole: a pose off by some centimetres puts its rim into free space, too.
+    ///
+    /// Returns whether the object has changed.
     pub(crate) fn follow(
         &mut self,
         object: &mut MapObject,
+        is_free: impl Fn([f64; 3]) -> bool,
         vertical: Option<[f64; 3]>,
         priors: &SizePriors,
         shapes: &ShapeTable,
         planes: &dyn SupportingPlanes,
     ) -> bool {
-        let shape = shapes.of(&object.label);
-        let Some(mut fit) = self.fit(object, vertical, priors, planes) else { return false };
-        let (old, mut proposed) = (object.shape(), ObjectShape::new(shape, fit.oriented_box));
-        let has_moved = object.key_views.have_moved_on(&old, &proposed);
-        let whole = Arc::clone(&object.cloud);
-        if has_moved && Arc::make_mut(&mut object.cloud).take_out(object.key_views.newest_excludes()) {
-            let again = self.fit(object, vertical, priors, planes);
-            let again = again.map(|fit| (fit, ObjectShape::new(shape, fit.oriented_box)));
-            let is_better = |(fit, proposed): &(BoxFit, ObjectShape)| {
+        let (old, shape) = (object.shape(), shapes.of(&object.label));
+        // Fits the object without some of its points; where it has not moved there, it keeps them.
+        let mut fit_without = |object: &mut MapObject, is_outdated: &dyn Fn([f64; 3]) -> bool| {
+            let whole = Arc::clone(&object.cloud);
+            let has_lost = Arc::make_mut(&mut object.cloud).take_out(is_outdated);
+            let fit = self.fit(object, vertical, priors, planes).filter(|_| has_lost);
+            let moved = fit.map(|fit| (fit, ObjectShape::new(shape, fit.oriented_box)));
+            let has_moved = |(fit, proposed): &(BoxFit, ObjectShape)| {
                 is_plausible(object, fit, priors) && object.key_views.have_moved_on(&old, proposed)
             };
-            match again.filter(is_better) {
-                Some(again) => (fit, proposed) = again,
-                None => object.cloud = whole,
+            let moved = moved.filter(has_moved);
+            if moved.is_none() {
+                object.cloud = whole;
             }
-        }
-        if !is_plausible(object, &fit, priors) || !(has_moved || fits_views(object, &proposed)) {
-            return false;
-        }
+            moved
+        };
+        let Some(moved) = fit_without(object, &is_free) else { return false };
+        let is_excluded = object.key_views.newest_excludes();
+        let (fit, proposed) = fit_without(object, &is_excluded).unwrap_or(moved);
         object.parameterized_at = object.weight;
         adopt(object, &fit, &proposed);
-        if has_moved && object.key_views.drop_outdated(&old, &proposed) {
+        if object.key_views.drop_outdated(&old, &proposed) {
             object.forget_old_place();
         }
         true
