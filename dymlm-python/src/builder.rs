@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use dymlm::core::{FrameId, ObjectId, PinholeCamera, Pose};
 use dymlm::tracking::ObjectTrackerConfig;
@@ -23,6 +24,9 @@ use crate::object_tracker::{PyObjectMove, PyObjectTracker};
 use crate::pose::{PoseArgument, PyPose};
 use crate::reader::PyMapReader;
 use crate::report::PyFrameReport;
+
+/// Least time between two looks for an interrupt during a correction.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(20);
 
 /// Builds four maps of the static world (cloud, octree, planes, objects) from frames, 2D detections and
 /// poses, while people walk through it. Frames come in the order of their time.
@@ -214,8 +218,14 @@ impl PyMapBuilder {
             let by_time = FramesByTime::of(builder, &poses);
             let poses: PyResult<Vec<_>> =
                 poses.iter().map(|(key, pose)| Ok((by_time.frame(*key)?, *pose))).collect();
-            let mut interruption = None;
+            let (mut interruption, mut last_look) = (None, Instant::now());
             let mut watch = |_| {
+                // To look takes the interpreter's lock, for which another thread may let this one wait longer
+                // than a scan takes to be mapped.
+                if last_look.elapsed() < BETWEEN_LOOKS {
+                    return true;
+                }
+                last_look = Instant::now();
                 #[expect(clippy::redundant_closure_for_method_calls, reason = "the path is of one lifetime")]
                 let signal = Python::attach(|py| py.check_signals());
                 interruption = signal.err();
