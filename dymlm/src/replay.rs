@@ -8,7 +8,7 @@ use crate::key_frame_view::{KeyFrameView, MappingContext, SplitMaps};
 use crate::map_pager::MapPager;
 use crate::scans::{Scan, ScanMapper};
 use crate::session_log::{Event, KeyFrameEntry, SeenThings, SessionLog};
-use crate::snapshots::Snapshots;
+use crate::snapshots::{Snapshots, Steps};
 use crate::stages::StageClock;
 use crate::{CorrectionProgress, Error, MultiLevelMap};
 
@@ -71,8 +71,11 @@ impl<'a> Replay<'a> {
         context: &MappingContext<'_>,
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<(), Error> {
-        let rest = self.log.events.iter_from(self.events.len()).take(end.saturating_sub(self.events.len()));
-        let mut progress = CorrectionProgress { done: 0, total: rest.filter_map(Event::mapped).count() };
+        let start = self.events.len();
+        let rest = || self.log.events.iter_from(start).take(end.saturating_sub(start));
+        let mut progress = CorrectionProgress { done: 0, total: rest().filter_map(Event::mapped).count() };
+        let mut steps = Steps::after(&self.log.events, start);
+        let mut following = steps.count(rest());
         while let Some(event) = self.log.events.get(self.events.len()).filter(|_| self.events.len() < end) {
             let batch = self.next_batch(end);
             for _ in 0..batch.len().max(1) {
@@ -88,10 +91,9 @@ impl<'a> Replay<'a> {
             } else {
                 self.map_batch(&batch, end, context)?;
             }
-            if mapped > 0 {
-                let following = progress.total - progress.done;
-                self.snapshots.take_in_replay_when_due(mapped, following, &self.map, &self.events);
-            }
+            let begun = usize::from(steps.begins(event)).max(batch.len());
+            following -= begun;
+            self.snapshots.take_in_replay_when_due(begun, following, &self.map, &self.events);
         }
         Ok(())
     }

@@ -3,16 +3,58 @@ use dymlm_core::Pages;
 use crate::MultiLevelMap;
 use crate::session_log::{Event, event_bytes_beside};
 
-/// Number of key frames and scans from one snapshot to the next.
+/// Number of [steps](Steps) from one snapshot to the next.
 const INTERVAL: usize = 5;
 /// Number of intervals for which every second snapshot is kept, and for which the others are. A local
-/// optimization moves the last ten key frames or scans or so; older snapshots would share less and less with
-/// the maps, and take their memory once more.
+/// optimization moves the last ten steps or so; older snapshots would share less and less with the maps, and
+/// take their memory once more.
 const LIVES: [u64; 2] = [6, 3];
-/// Number of key frames and scans for which a snapshot is kept at most.
+/// Number of steps for which a snapshot is kept at most.
 const LONGEST_LIFE: usize = INTERVAL * LIVES[0] as usize;
-/// Number of key frames and scans without a late correction after which no more snapshots are taken.
+/// Number of steps without a late correction after which no more snapshots are taken.
 const PATIENCE: usize = 300;
+/// Number of scans after a key frame that belong to its step: a lidar that turns ten times a second, beside a
+/// camera that gives a key frame a second. Further ones count by themselves, as without a camera.
+const SCANS_OF_A_STEP: usize = 10;
+
+/// Tells the steps of a session, by which a SLAM optimizes its last poses: its key frames, with the scans between
+/// them, or the scans of a lidar alone.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Steps {
+    /// Number of scans since the last key frame.
+    scans: usize,
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        Self { scans: SCANS_OF_A_STEP }
+    }
+}
+
+impl Steps {
+    /// As they go on after the first `count` events.
+    pub(crate) fn after(events: &Pages<Event>, count: usize) -> Self {
+        let mut steps = Self::default();
+        let first = count.saturating_sub(SCANS_OF_A_STEP + 1);
+        events.iter_from(first).take(count - first).for_each(|event| _ = steps.begins(event));
+        steps
+    }
+
+    /// Whether the next event begins a step.
+    pub(crate) fn begins(&mut self, event: &Event) -> bool {
+        match event {
+            Event::KeyFrame(_) => self.scans = 0,
+            Event::Scan(_) => self.scans = self.scans.saturating_add(1),
+            _ => return false,
+        }
+        self.scans == 0 || self.scans > SCANS_OF_A_STEP
+    }
+
+    /// The number of steps that some events begin.
+    pub(crate) fn count<'a>(mut self, events: impl Iterator<Item = &'a Event>) -> usize {
+        events.filter(|event| self.begins(event)).count()
+    }
+}
 
 /// The maps as they were in the middle of a session: a state from which the session can be replayed.
 #[derive(Debug)]
@@ -25,7 +67,7 @@ pub(crate) struct Snapshot {
 }
 
 /// Some recent states of the session, the closer together the younger they are, so that a correction of the
-/// last key frames and scans replays not many more than those. They share with the maps what has not changed
+/// last steps replays not many more than those. They share with the maps what has not changed
 /// since.
 ///
 /// They are taken from the first such correction on, since what they share is copied when it changes: callers
@@ -36,10 +78,11 @@ pub(crate) struct Snapshot {
 pub(crate) struct Snapshots {
     /// The oldest first.
     taken: Vec<Snapshot>,
-    /// Key frames and scans since the last snapshot.
-    mapped: usize,
-    /// Number of key frames and scans for which snapshots are still taken if no correction uses them.
+    /// Number of steps since the last snapshot.
+    since: usize,
+    /// Number of steps for which snapshots are still taken if no correction uses them.
     patience: usize,
+    steps: Steps,
 }
 
 impl Snapshots {
@@ -47,12 +90,16 @@ impl Snapshots {
     /// early correction then need not replay the sessions before.
     pub(crate) fn at_the_beginning_of(map: &MultiLevelMap, events: &Pages<Event>) -> Self {
         let beginning = Snapshot { map: map.without_past(), events: events.clone(), number: 1 };
-        Self { taken: vec![beginning], mapped: 0, patience: PATIENCE }
+        Self { taken: vec![beginning], since: 0, patience: PATIENCE, steps: Steps::default() }
     }
 
-    /// Takes a snapshot of the maps, in which `events` have happened, when enough key frames and scans have
-    /// been mapped since the last one, and drops old ones. Must be called after each of them.
+    /// Takes a snapshot of the maps, in which `events` have happened, when enough steps have been mapped since
+    /// the last one, and drops old ones. Must be called after each key frame and each scan, the last event.
     pub(crate) fn take_when_due(&mut self, map: &MultiLevelMap, events: &Pages<Event>) {
+        let last = events.len().checked_sub(1).and_then(|last| events.get(last));
+        if !last.is_some_and(|event| self.steps.begins(event)) {
+            return;
+        }
         self.patience = self.patience.saturating_sub(1);
         if self.patience == 0 {
             self.taken.clear();
@@ -61,8 +108,8 @@ impl Snapshots {
         self.take(1, map, events);
     }
 
-    /// The same in a replay, in which `following` key frames and scans are yet to be mapped again: snapshots
-    /// that would be dropped before its end are not taken. What it maps is not new, and tries nobody's
+    /// The same in a replay, which has mapped so many steps again, and of which `following` are yet to come:
+    /// snapshots that would be dropped before its end are not taken. What it maps is not new, and tries nobody's
     /// patience.
     pub(crate) fn take_in_replay_when_due(
         &mut self,
@@ -76,20 +123,20 @@ impl Snapshots {
         }
     }
 
-    fn take(&mut self, newly_mapped: usize, map: &MultiLevelMap, events: &Pages<Event>) {
-        self.mapped += newly_mapped;
-        if self.mapped < INTERVAL {
+    fn take(&mut self, steps: usize, map: &MultiLevelMap, events: &Pages<Event>) {
+        self.since += steps;
+        if self.since < INTERVAL {
             return;
         }
-        self.mapped = 0;
+        self.since = 0;
         let number = self.taken.last().map_or(1, |last| last.number + 1);
         self.taken.push(Snapshot { map: map.without_past(), events: events.clone(), number });
         self.taken.retain(|snapshot| number - snapshot.number < LIVES[(snapshot.number % 2) as usize]);
     }
 
-    /// Notes a correction after whose first change `mapped` key frames and scans have come.
-    pub(crate) fn note_correction(&mut self, mapped: usize) {
-        if mapped <= LONGEST_LIFE {
+    /// Notes a correction after whose first change so many steps have come.
+    pub(crate) fn note_correction(&mut self, steps: usize) {
+        if steps <= LONGEST_LIFE {
             self.patience = PATIENCE;
         }
     }
@@ -108,7 +155,7 @@ impl Snapshots {
     /// Drops the snapshots that were taken after an event, because the event has changed.
     pub(crate) fn forget_behind(&mut self, event: usize) {
         self.taken.retain(|snapshot| snapshot.events.len() <= event);
-        self.mapped = 0;
+        self.since = 0;
     }
 
     /// Approximate bytes that snapshots hold besides what they share with each other and with the maps.
@@ -127,7 +174,51 @@ impl Snapshots {
 mod tests {
     use std::sync::Arc;
 
+    use dymlm_core::FrameId;
+
     use super::*;
+    use crate::session_log::{KeyFrameEntry, ScanEntry, SeenThings};
+
+    fn key_frame() -> Event {
+        Event::KeyFrame(KeyFrameEntry { frame: FrameId::new(0), observation: 0, seen: SeenThings::default() })
+    }
+
+    fn scan() -> Event {
+        Event::Scan(ScanEntry { frame: FrameId::new(0), points: 0 })
+    }
+
+    #[test]
+    fn the_last_key_frames_are_near_a_snapshot_with_ten_scans_between_them_too() {
+        let map = MultiLevelMap::new(&Arc::default()).unwrap();
+        for scans in [0, 1, 3, 10] {
+            let (mut snapshots, mut events) = (Snapshots::default(), Pages::default());
+            for _ in 0..200 {
+                for event in std::iter::once(key_frame()).chain((0..scans).map(|_| scan())) {
+                    events.push(event);
+                    let ten = events.len().saturating_sub(10 * (scans + 1));
+                    snapshots.note_correction(Steps::after(&events, ten).count(events.iter_from(ten)));
+                    snapshots.take_when_due(&map, &events);
+                }
+            }
+            assert!(snapshots.taken.len() <= 5, "{} for {scans} scans", snapshots.taken.len());
+            let first = events.len() - 10 * (scans + 1);
+            snapshots.forget_behind(first);
+            let start = snapshots.newest().map_or(0, |snapshot| snapshot.events.len());
+            assert!(first - start <= 10 * (scans + 1), "{scans} scans: from {start} of {first}");
+        }
+    }
+
+    #[test]
+    fn scans_count_where_no_key_frames_come_between_them() {
+        let mut events = Pages::default();
+        let mut push = |event: Event, count: usize| (0..count).for_each(|_| events.push(event.clone()));
+        push(scan(), 7);
+        push(key_frame(), 2);
+        push(Event::Settled, 1);
+        push(scan(), 25);
+        let steps = |first: usize| Steps::after(&events, first).count(events.iter_from(first));
+        assert_eq!([0, 7, 9, 20, 34].map(steps), [24, 17, 15, 15, 1]);
+    }
 
     #[test]
     fn the_younger_the_closer() {
@@ -135,7 +226,7 @@ mod tests {
         let (mut snapshots, mut events) = (Snapshots::default(), Pages::default());
         for key_frames in 1..=500 {
             snapshots.note_correction(10);
-            events.push(Event::Settled);
+            events.push(key_frame());
             snapshots.take_when_due(&map, &events);
             assert!(snapshots.taken.len() <= 5, "{}", snapshots.taken.len());
             for changed in 1..=20.min(key_frames) {
@@ -153,10 +244,10 @@ mod tests {
         let (mut snapshots, mut events) = (Snapshots::default(), Pages::default());
         snapshots.note_correction(10);
         let all = 3 * PATIENCE;
-        for key_frame in 1..=all {
-            events.push(Event::Settled);
-            snapshots.take_in_replay_when_due(1, all - key_frame, &map, &events);
-            assert!(snapshots.taken.is_empty() || all - key_frame < LONGEST_LIFE);
+        for following in (0..all).rev() {
+            events.push(key_frame());
+            snapshots.take_in_replay_when_due(1, following, &map, &events);
+            assert!(snapshots.taken.is_empty() || following < LONGEST_LIFE);
         }
         snapshots.forget_behind(all - 10);
         assert!(snapshots.newest().is_some_and(|snapshot| snapshot.events.len() >= all - 20));
@@ -165,10 +256,11 @@ mod tests {
     #[test]
     fn none_are_taken_for_who_does_not_use_them() {
         let map = MultiLevelMap::new(&Arc::default()).unwrap();
-        let mut snapshots = Snapshots::default();
+        let (mut snapshots, mut events) = (Snapshots::default(), Pages::default());
+        events.push(key_frame());
         let insert = |snapshots: &mut Snapshots, key_frames: usize| {
             for _ in 0..key_frames {
-                snapshots.take_when_due(&map, &Pages::default());
+                snapshots.take_when_due(&map, &events);
             }
             snapshots.taken.len()
         };

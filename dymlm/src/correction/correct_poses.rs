@@ -8,6 +8,7 @@ use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::replay::Replay;
 use crate::session_log::{Event, InsertedFrame};
+use crate::snapshots::Steps;
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -189,7 +190,8 @@ impl MapBuilder {
         let Self { map: before, snapshots, config, preprocessor, .. } = self;
         let log = before.past.log.as_ref().ok_or(Error::NoHistory)?;
         let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
-        snapshots.note_correction(log.events.iter_from(first_changed).filter_map(Event::mapped).count());
+        let steps = Steps::after(&log.events, first_changed);
+        snapshots.note_correction(steps.count(log.events.iter_from(first_changed)));
         snapshots.forget_behind(first_changed);
         let (map, events) = match snapshots.newest() {
             Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),
