@@ -32,9 +32,9 @@ pub struct OctreeConfig {
     pub max_range: f64,
     /// Probability that a cell is occupied given one hit, `0.5..=0.999999`. Default 0.7 (`OctoMap`).
     pub p_hit: f64,
-    /// Probability that a cell is occupied given one miss, `1e-6..=0.5`. Default 0.4 (`OctoMap`).
+    /// Probability that a cell is occupied given one miss, `1e-6..=0.499999`. Default 0.4 (`OctoMap`).
     pub p_miss: f64,
-    /// Lowest probability a cell can reach, `1e-6..=0.5`. Default 0.1192, log-odds -2 (`OctoMap`).
+    /// Lowest probability a cell can reach, `1e-6..=0.499999`. Default 0.1192, log-odds -2 (`OctoMap`).
     pub p_clamp_min: f64,
     /// Highest probability a cell can reach, `0.5..=0.999999`. Default 0.971, log-odds 3.5 (`OctoMap`).
     pub p_clamp_max: f64,
@@ -67,8 +67,9 @@ impl OctreeConfig {
         check_range("octree.resolution", self.resolution, 1e-4..=1e4)?;
         check_range("octree.max_range", self.max_range, f64::MIN_POSITIVE..=f64::INFINITY)?;
         check_range("octree.p_hit", self.p_hit, 0.5..=0.999_999)?;
-        check_range("octree.p_miss", self.p_miss, 1e-6..=0.5)?;
-        check_range("octree.p_clamp_min", self.p_clamp_min, 1e-6..=0.5)?;
+        // Below one half: at it, a cell that rays have passed would count as occupied.
+        check_range("octree.p_miss", self.p_miss, 1e-6..=0.499_999)?;
+        check_range("octree.p_clamp_min", self.p_clamp_min, 1e-6..=0.499_999)?;
         check_range("octree.p_clamp_max", self.p_clamp_max, 0.5..=0.999_999)
     }
 }
@@ -100,5 +101,9 @@ mod tests {
         assert_eq!(config.validate().unwrap_err().field, "octree.max_range");
         let config = OctreeConfig { p_clamp_max: 0.2, ..OctreeConfig::default() };
         assert_eq!(config.validate().unwrap_err().field, "octree.p_clamp_max");
+        let config = OctreeConfig { p_miss: 0.5, ..OctreeConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "octree.p_miss");
+        let config = OctreeConfig { p_clamp_min: 0.5, ..OctreeConfig::default() };
+        assert_eq!(config.validate().unwrap_err().field, "octree.p_clamp_min");
     }
 }

@@ -32,7 +32,7 @@ struct Candidate<'a> {
 impl Octree {
     /// The occupied leaf nearest to `point`, if one is within `max_distance` metres (infinite for no limit).
     /// Of leaves equally near, the one with the lowest key (x before y before z) is the answer. `None` also
-    /// when the point is not finite.
+    /// when the point is not finite, or so far away that the square of the distance is not.
     ///
     /// Best-first search (Hjaltason and Samet 1999) over the nodes that hold anything occupied: O(log n)
     /// nodes for an obstacle close by.
@@ -78,7 +78,7 @@ impl Octree {
         if subtree.max_log_odds().is_some_and(OccupancyModel::is_occupied) {
             let nearest = self.nearest_in(subtree, corner, point);
             let squared = (0..3).map(|axis| (nearest[axis] - point[axis]).powi(2)).sum();
-            if squared <= limit {
+            if f64::is_finite(squared) && squared <= limit {
                 queue.push(Reverse(Candidate { squared, corner, subtree }));
             }
         }

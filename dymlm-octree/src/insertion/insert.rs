@@ -42,8 +42,8 @@ impl Octree {
     /// finite or outside the map are skipped and counted (`OctoMap` wraps them round to the other side).
     ///
     /// Costs O(points + cells passed by rays + v / 64), where v is the number of cells in the box around the
-    /// scan (not counted above 2^27 cells, where marks go to a hash map instead), and allocates nothing once
-    /// its buffers have grown.
+    /// scan, and allocates nothing once its buffers have grown. Above 2^27 cells v does not count: marks go to
+    /// hash maps of that scan instead, and a first pass finds the blocks that it may add.
     ///
     /// # Errors
     ///

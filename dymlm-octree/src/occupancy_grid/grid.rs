@@ -111,7 +111,7 @@ impl OccupancyGrid {
         let cell = |index: i64| {
             let [x, y] = [0, 1].map(|axis| {
                 let within = if axis == 0 { index % width } else { index / width };
-                let own = place.first[axis] + within - self.place.first[axis];
+                let own = (place.first[axis] + within).checked_sub(self.place.first[axis])?;
                 usize::try_from(own).ok().filter(|&own| own < self.place.size()[axis] as usize)
             });
             all.get(y? * self.width() + x?).copied()

@@ -42,7 +42,8 @@ impl OccupancyGrid {
         // In cells; slightly enlarged, so that a radius of n cells includes the n-th cell.
         let reach = radius / self.resolution * (1.0 + 1e-9);
         for (cell, &squared) in inflated.cells.iter_mut().zip(&squared) {
-            if f64::from(squared) <= reach * reach {
+            // Infinite where nothing is occupied.
+            if squared.is_finite() && f64::from(squared) <= reach * reach {
                 *cell = CellState::Occupied;
             }
         }

@@ -92,15 +92,19 @@ fn entries(text: &str) -> Result<Vec<(String, String)>, Error> {
     Ok(entries)
 }
 
-/// A line up to a # that begins it or follows a white space outside quotes.
+/// A line up to a # that begins it or follows a white space outside quotes. An apostrophe within a word opens no
+/// quotes, but one behind another does: two of them in single quotes are one.
 fn without_comment(line: &str) -> &str {
     let (mut quote, mut before) = (None, ' ');
     for (at, c) in line.char_indices() {
         match quote {
-            Some(_) if before == '\\' => {}
+            Some('"') if before == '\\' => {}
             Some(open) if c == open => quote = None,
             None if c == '#' && before.is_whitespace() => return &line[..at],
-            None if c == '"' || c == '\'' => quote = Some(c),
+            None if c == '"' || c == '\'' => {
+                let opens = before.is_whitespace() || ":[,\'".contains(before);
+                quote = opens.then_some(c);
+            }
             _ => {}
         }
         // A backslash behind a backslash is a character like others.

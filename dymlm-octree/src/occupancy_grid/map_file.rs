@@ -40,8 +40,9 @@ impl MapFile {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] when a file cannot be read, [`Error::MapFile`] when it is no map, or its mode is another one than
-    /// `trinary`, [`Error::GridSize`] when it is too large, all within an [`Error::File`] that names the file.
+    /// [`Error::Io`], which names the file, when one cannot be read; within an [`Error::File`] that names it,
+    /// [`Error::MapFile`] when it is no map, or its mode is another one than `trinary`, and [`Error::GridSize`] when it
+    /// is too large.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let bytes = |path: &Path| std::fs::read(path).map_err(|source| crate::files::at(path)(source.into()));

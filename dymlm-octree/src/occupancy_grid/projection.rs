@@ -121,7 +121,8 @@ impl Octree {
     }
 
     /// The region, in the axes of a grid, in which something was observed between two heights; `None` when
-    /// nothing was. Only leaves that reach into one of the `boxes` count. O(leaves in the boxes).
+    /// nothing was. Only leaves that reach into one of the `boxes` by more than a quarter of a cell count, so
+    /// none in a box thinner than half a cell. O(leaves in the boxes).
     ///
     /// # Errors
     ///

@@ -254,7 +254,12 @@ fn refuses_what_is_no_region_radius_or_map() {
     for radius in [-0.1, f64::NAN, f64::INFINITY] {
         assert!(matches!(grid.inflated(radius), Err(Error::Inflation { .. })), "{radius}");
     }
-    assert_eq!(grid.inflated(1e9).unwrap().cells(), grid.cells());
+    for radius in [1e9, 1e160] {
+        assert_eq!(grid.inflated(radius).unwrap().cells(), grid.cells());
+    }
+    let far = GridRegion { min: [-1e300, 0.0], max: [-((1_u64 << 63) as f64 - 2048.0) * 0.25, 0.25] };
+    let cropped = grid.cropped(&far).unwrap();
+    assert!(cropped.cells().iter().all(|&cell| cell == CellState::Unknown));
     let before = grid.clone();
     let fine = Octree::new(config(0.1, 6.0)).unwrap();
     let error = grid.update(&fine, &[]).unwrap_err();

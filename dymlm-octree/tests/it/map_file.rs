@@ -130,3 +130,20 @@ proptest! {
         let _ = MapFile::read(YAML, &[b"P2 ", &tail[..]].concat());
     }
 }
+
+#[test]
+fn an_apostrophe_in_a_name_opens_no_quotes() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = b"P2 1 1 255 0";
+    for (written, name) in [
+        ("bob's.pgm # hall", "bob's.pgm"),
+        ("'bob''s # 1.pgm' # hall", "bob's # 1.pgm"),
+        ("\"a \\\" # b.pgm\" # hall", "a \" # b.pgm"),
+    ] {
+        std::fs::write(folder.path().join(name), image).unwrap();
+        let yaml = folder.path().join("map.yaml");
+        std::fs::write(&yaml, with("image", &format!("image: {written}"))).unwrap();
+        let map = MapFile::load(&yaml).unwrap_or_else(|error| panic!("{written}: {error}"));
+        assert_eq!(map.cells, [Occupied], "{written}");
+    }
+}

@@ -156,6 +156,7 @@ fn the_nearest_obstacle_is_the_nearest_of_all() {
         assert!(map.nearest_obstacle(point, expected + 1e-6).is_some());
     }
     assert_eq!(map.nearest_obstacle([f64::NAN; 3], 1.0), None);
+    assert_eq!(map.nearest_obstacle([1e200, 0.0, 0.0], f64::INFINITY), None);
     assert_eq!(
         map.nearest_obstacle([0.0; 3], f64::NAN).is_some(),
         map.state([0.0; 3]) == CellState::Occupied

@@ -35,7 +35,8 @@ impl MultiLevelMap {
     }
 
     /// The first level surface under a point, a floor or a table, at most `max_distance` metres away against
-    /// `up`.
+    /// `up`. A point less than a cell of the octree below a surface is on it: that of a robot's feet is as often
+    /// below the floor's plane as above it.
     ///
     /// A plane that was read straight under the point is the answer. A camera that looks ahead does not see
     /// the floor at its feet, though: without such a plane, one that was read within `reach` metres of there
@@ -44,7 +45,8 @@ impl MultiLevelMap {
     /// was read), or the plane ends (cells below it are free on the way from there). Of several planes the
     /// first met counts.
     ///
-    /// `None` where no plane is known, for an `up` without length and for values that are not finite.
+    /// `None` where no plane is known, for an `up` without length, for a point that is not finite and for lengths
+    /// that are negative or NaN.
     /// O(planes near, their voxels within reach, and cells on the ways): some 10 us, and 100 us where much of
     /// a floor is within reach but not near.
     ///
@@ -77,13 +79,14 @@ impl MultiLevelMap {
         max_distance: f64,
         reach: f64,
     ) -> Option<FloorUnder> {
-        let up = unit(up)?;
-        let levels = self.planes.levels_under(point, up, max_distance, reach);
+        let up = unit(up).filter(|_| max_distance >= 0.0)?;
+        let lift = self.octree.resolution();
+        let levels = self.planes.levels_under(along(point, lift, up), up, max_distance + lift, reach);
         let read = levels.iter().find(|level| level.extended_by == 0.0);
         let goes_on = |level: &&LevelUnder| self.is_clear_to(point, level) && self.does_not_end(level, up);
         let level = read.or_else(|| levels.iter().find(goes_on))?;
         let LevelUnder { plane, point, distance, extended_by, .. } = *level;
-        Some(FloorUnder { plane, point, distance, extended_by })
+        Some(FloorUnder { plane, point, distance: (distance - lift).max(0.0), extended_by })
     }
 
     /// Whether nothing is known to lie between a point and a plane: straight down, and on the way to where
@@ -93,8 +96,9 @@ impl MultiLevelMap {
         let thickness = SURFACE_CELLS * self.octree.resolution();
         [level.point, level.nearest_inlier].into_iter().all(|end| {
             let way = difference(end, point);
-            let hit = accessor.cast_ray(point, way, norm(way) - thickness, UnknownCells::Pass);
-            hit.is_none_or(|hit| hit.end != RayEnd::Occupied)
+            let length = norm(way) - thickness;
+            let hit = (length > 0.0).then(|| accessor.cast_ray(point, way, length, UnknownCells::Pass));
+            hit.flatten().is_none_or(|hit| hit.end != RayEnd::Occupied)
         })
     }
 

@@ -282,6 +282,14 @@ fn what_is_no_floor_is_refused() {
         assert!(matches!(map.floor_grid([0.0; 3], [0.0, odd, 1.0], &config), Err(Error::Octree(_))));
     }
     assert!(matches!(map.floor_grids([0.0; 3], &config), Err(Error::Octree(_))));
+    let unbounded = GridRegion { min: [-1e300, 0.0], max: [1e300, 0.0] };
+    let mut endless = config.clone();
+    endless.region = Some(unbounded);
+    assert_eq!(map.floor_grid([0.0, 0.0, 1.4], UP, &endless).unwrap().grid().width(), 0);
+    for length in [1e-13, 1e200] {
+        let up = UP.map(|c| c * length);
+        assert!(map.floor_grid([0.0, 0.0, 1.4], up, &config).is_ok(), "an up of length {length}");
+    }
     let refused = |change: fn(&mut FloorGridConfig)| {
         let mut config = FloorGridConfig::default();
         change(&mut config);

@@ -38,6 +38,12 @@ fn the_floor_goes_on_to_the_feet_of_the_camera() {
     assert!((1.2..1.5).contains(&under.extended_by), "{under:?}");
     let ahead = map.floor_under([0.0, 2.5, 1.0], UP, 3.0, 3.0).unwrap();
     assert!(ahead.extended_by == 0.0 && (ahead.distance - 1.0).abs() < 0.01);
+    // At the feet, where the plane is as often above the point as below it.
+    for height in [-0.04, -0.002, 0.0, 0.002] {
+        let on_it = map.floor_under([0.0, 2.5, height], UP, 3.0, 3.0).unwrap();
+        assert!(on_it.plane == ahead.plane && on_it.distance < 0.01, "{height}: {on_it:?}");
+    }
+    assert_eq!(map.floor_under([0.0, 2.5, 0.0], UP, -0.01, 3.0), None);
     // Out of reach, too low, and over the floor.
     assert_eq!(map.floor_under(eye, UP, 3.0, 1.0), None);
     assert_eq!(map.floor_under(eye, UP, 1.0, 3.0), None);

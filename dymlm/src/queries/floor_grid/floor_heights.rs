@@ -17,7 +17,8 @@ const UNKNOWN: i32 = i32::MIN;
 const RISER_CELLS: usize = 2;
 
 /// The height of the floor under each cell of a region. Where no plane of the floor was read it goes on as
-/// high as at the nearest place where one was. 4 bytes a cell: grids of large regions are mostly these.
+/// high as at the nearest place where one was. 4 bytes a cell, beside 17 of the grid, which has two heights for
+/// each.
 #[derive(Debug, Clone)]
 pub(super) struct FloorHeights {
     resolution: f64,
@@ -40,7 +41,7 @@ impl FloorHeights {
         // As grids place their cells.
         let first = region.min.map(|c| (c / resolution + 1e-6).floor() as i64);
         let end = region.max.map(|c| (c / resolution - 1e-6).ceil() as i64);
-        let size = [0, 1].map(|axis| (end[axis] - first[axis]).max(0) as usize);
+        let size = [0, 1].map(|axis| end[axis].saturating_sub(first[axis]).max(0) as usize);
         let steps = vec![UNKNOWN; size[0] * size[1]];
         let mut own = Self { resolution, first, size, steps, max_step };
         own.read(floor, planes, grid_from_world);

@@ -101,7 +101,9 @@ impl MultiLevelMap {
     }
 
     fn start_of_floor(&self, at: [f64; 3], up: [f64; 3], config: &FloorGridConfig) -> Result<PlaneId, Error> {
-        let under = self.floor_under(at, up, config.max_distance, config.reach);
+        // Of length 1, whatever the length of the caller's.
+        let unit_up = OccupancyGrid::frame(up)?.rotate([0.0, 0.0, 1.0]);
+        let under = self.floor_under(at, unit_up, config.max_distance, config.reach);
         under.map(|under| under.plane).ok_or(Error::NoFloor { at, up })
     }
 
