@@ -80,6 +80,15 @@ pub enum Error {
     #[cfg(feature = "io")]
     #[error("the config of the saved map: {0}")]
     SavedConfig(String),
+    /// A path of the config is not UTF-8: the config is saved with the maps, as text.
+    #[cfg(feature = "io")]
+    #[error("{field} = {path:?} is not UTF-8: the config is saved with the maps, as text")]
+    PathNotUtf8 {
+        /// The config's field.
+        field: &'static str,
+        /// The path.
+        path: std::path::PathBuf,
+    },
     /// Maps that were made with different configs do not merge.
     #[error("the maps were made with different configs: {what}{}", both(*.values))]
     ConfigsDiffer {

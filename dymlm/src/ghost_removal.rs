@@ -54,6 +54,11 @@ impl MultiLevelMap {
         freed
     }
 
+    /// Whether the evidence is as it was when the maps were last compared with it.
+    pub(crate) fn is_settled(&self) -> bool {
+        self.ghost_removal.revision == self.cloud.evidence_revision()
+    }
+
     /// The same at once, where the evidence has changed since the last time.
     pub(crate) fn remove_ghosts(&mut self) -> FreedObjects {
         let Self { cloud, octree, planes, objects, ghost_removal, .. } = self;

@@ -57,9 +57,12 @@ impl MapBuilder {
     /// # Errors
     ///
     /// An error that names the field of the config that is outside its range; [`Error::History`] and
-    /// [`Error::Paging`] for a folder in which no file can be made.
+    /// [`Error::Paging`] for a folder in which no file can be made; with feature `io` also for a path that cannot
+    /// be saved with the maps.
     pub fn new(config: MapConfig) -> Result<Self, Error> {
         config.validate()?;
+        #[cfg(feature = "io")]
+        config.check_paths()?;
         let config = Arc::new(config);
         let mut map = MultiLevelMap::new(&config)?;
         map.past.log = History::new(&config.history)?.map(SessionLog::new);
@@ -302,8 +305,13 @@ impl MapBuilder {
 
     /// Removes from octree, planes and objects what the evidence of the newest frames has found to be no part
     /// of the static world. The builder does so by itself once a second of the frames' clock; the cloud is
-    /// always up to date.
+    /// always up to date. Readers get the maps as they are then; where the evidence is as it was, the maps are
+    /// those of the frame before.
     pub fn settle(&mut self) {
+        if self.map.is_settled() {
+            self.publisher.publish(&mut self.map);
+            return;
+        }
         self.map.remove_ghosts();
         self.note(Some(Event::Settled));
         self.publish_change();

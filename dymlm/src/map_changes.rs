@@ -74,7 +74,8 @@ impl MultiLevelMap {
 
 fn differ_as_planes(a: &MapPlane, b: &MapPlane) -> bool {
     let seen = |plane: &MapPlane| {
-        (plane.plane(), plane.observations(), plane.inlier_voxels(), plane.weight().to_bits())
+        let sums = (plane.centroid(), plane.weight().to_bits());
+        (plane.plane(), plane.observations(), plane.inlier_voxels(), sums)
     };
     seen(a) != seen(b)
 }

@@ -96,6 +96,19 @@ impl MapConfig {
     }
 
     /// Checks the sensor, and the fields that belong to no part.
+    /// Checks that the paths can be saved with the maps: otherwise that would be found out after hours of mapping.
+    #[cfg(feature = "io")]
+    pub(crate) fn check_paths(&self) -> Result<(), crate::Error> {
+        let history = if let HistoryConfig::Folder(path) = &self.history { Some(path) } else { None };
+        let paths = [("history.folder", history), ("memory.path", self.memory.path.as_ref())];
+        for (field, path) in paths.into_iter().filter_map(|(field, path)| Some((field, path?))) {
+            if path.to_str().is_none() {
+                return Err(crate::Error::PathNotUtf8 { field, path: path.clone() });
+            }
+        }
+        Ok(())
+    }
+
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.sensor.validate()?;
         check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)?;

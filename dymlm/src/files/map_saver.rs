@@ -75,8 +75,10 @@ impl MapSaver {
         history: Option<HistoryConfig>,
     ) -> Result<(Self, MultiLevelMap), crate::Error> {
         let (saver, folder) = MapFolderSaver::open(folder)?;
+        // A history that is no longer kept goes with the first save, which writes all anew.
+        let goes_on = history != Some(HistoryConfig::None);
         let map = MultiLevelMap::read_whole_state(&folder, history)?;
-        Ok((Self { folder: saver, saved: Some(SavedState::of(&map)), planes: Vec::new() }, map))
+        Ok((Self { folder: saver, saved: goes_on.then(|| SavedState::of(&map)), planes: Vec::new() }, map))
     }
 
     /// The map's folder.
@@ -111,8 +113,12 @@ impl MapSaver {
         write: impl FnOnce(&mut MapFolderWriter) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let Self { folder, saved, planes } = self;
-        // Maps of another config share nothing with those that were saved last.
-        if saved.as_ref().is_some_and(|saved| *saved.config != *map.config) {
+        // Maps of another config share nothing with those that were saved last, and a log that comes or goes
+        // leaves nothing of the one before.
+        let is_other = |saved: &SavedState| {
+            *saved.config != *map.config || saved.log.is_some() != map.past.log.is_some()
+        };
+        if saved.as_ref().is_some_and(is_other) {
             *saved = None;
         }
         if saved.is_none() {

@@ -70,6 +70,8 @@ pub struct SessionRecorder {
     outlines: OutlineTiles,
     planes: BTreeMap<u64, PlaneRecord>,
     objects: BTreeMap<u64, ObjectRecord>,
+    /// Whether the last grid that was recorded has any cells that are known.
+    shows_grid: bool,
 }
 
 impl SessionRecorder {
@@ -88,6 +90,7 @@ impl SessionRecorder {
             outlines: OutlineTiles::new(1.0),
             planes: BTreeMap::new(),
             objects: BTreeMap::new(),
+            shows_grid: false,
         })
     }
 
@@ -163,6 +166,7 @@ impl SessionRecorder {
         let objects: Vec<u64> = std::mem::take(&mut self.objects).into_keys().collect();
         self.writer.write_planes(time, &[], &planes)?;
         self.writer.write_objects(time, &[], &objects, [0.0, 0.0, 1.0])?;
+        self.clear_grid(time)?;
         self.recorded = None;
         Ok(())
     }
@@ -234,12 +238,28 @@ impl SessionRecorder {
         Ok(())
     }
 
+    /// Puts a grid of a single unknown cell in the place of the one that is shown.
+    fn clear_grid(&mut self, time: f64) -> Result<(), Error> {
+        if std::mem::take(&mut self.shows_grid) {
+            let (resolution, world_from_grid) = (0.05, Pose::identity());
+            let nothing = GridRecord { width: 1, height: 1, resolution, world_from_grid, cells: vec![-1] };
+            self.writer.write_grid(time, &nothing)?;
+        }
+        Ok(())
+    }
+
     /// Without a floor under the camera there is no grid, nor where it would have too many cells.
     fn record_grid(&mut self, time: f64, map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
         let Some(at) = self.camera else { return Ok(()) };
         match map.floor_grid(at, up, &FloorGridConfig::default()) {
-            Ok(floor) => Ok(self.writer.write_grid(time, &grid_record(&floor, at)?)?),
-            Err(Error::NoFloor { .. } | Error::Octree(dymlm_octree::Error::GridSize { .. })) => Ok(()),
+            Ok(floor) => {
+                self.writer.write_grid(time, &grid_record(&floor, at)?)?;
+                self.shows_grid = true;
+                Ok(())
+            }
+            Err(Error::NoFloor { .. } | Error::Octree(dymlm_octree::Error::GridSize { .. })) => {
+                self.clear_grid(time)
+            }
             Err(error) => Err(error),
         }
     }

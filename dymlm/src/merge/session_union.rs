@@ -66,10 +66,23 @@ pub(super) fn unite(sources: [Source<'_>; 2]) -> Vec<UnitedSession> {
         let sessions = source.log.logged_sessions();
         candidates.extend(sessions.into_iter().map(|logged| Candidate { side, logged }));
     }
+    note_content(&mut candidates);
     candidates.sort_by(in_order);
 
     let same = candidates.chunk_by(|one, next| in_order(one, next).is_eq());
     same.map(united).collect()
+}
+
+/// A session of which nothing was mapped in one log is the one that began at the same time in the other: what its
+/// first key frame has read was not known yet.
+fn note_content(candidates: &mut [Candidate]) {
+    let known: Vec<(f64, u64)> =
+        candidates.iter().map(|known| (known.logged.start, known.logged.content)).collect();
+    for Candidate { logged, .. } in candidates.iter_mut().filter(|unknown| unknown.logged.content == 0) {
+        let same =
+            known.iter().find(|(start, content)| *content != 0 && start.total_cmp(&logged.start).is_eq());
+        logged.content = same.map_or(0, |(_, content)| *content);
+    }
 }
 
 fn in_order(one: &Candidate, other: &Candidate) -> Ordering {

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use crate::common::{fingerprint, fingerprint_without_ids, poses};
 use dymlm::files::{Autosave, MapSaver};
-use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, MapCounts, MultiLevelMap};
+use dymlm::{Detections, Error, HistoryConfig, MapBuilder, MapConfig, MapCounts, MultiLevelMap};
 use dymlm_core::{FrameId, PinholeCamera, Pose};
 use dymlm_io::MapFolder;
-use dymlm_sim::{Sequence, SequenceConfig};
+use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
 fn config(history: HistoryConfig) -> MapConfig {
     let mut config = MapConfig::offline();
@@ -19,11 +19,16 @@ fn config(history: HistoryConfig) -> MapConfig {
     config
 }
 
-fn insert(builder: &mut MapBuilder, frames: std::ops::Range<usize>) {
+fn simulated(frames: std::ops::Range<usize>) -> Vec<SimulatedFrame> {
     let mut config = SequenceConfig::default();
     config.frames = 40;
     config.camera = PinholeCamera::new(80, 60, 65.0, 65.0, 39.5, 29.5).ok();
-    for simulated in Sequence::new(&config).unwrap().frames().step_by(4).take(frames.end).skip(frames.start) {
+    let sequence = Sequence::new(&config).unwrap();
+    sequence.frames().step_by(4).take(frames.end).skip(frames.start).collect()
+}
+
+fn insert(builder: &mut MapBuilder, frames: std::ops::Range<usize>) {
+    for simulated in simulated(frames) {
         builder.insert(&simulated.frame, &simulated.detections, &simulated.world_from_camera).unwrap();
     }
 }
@@ -300,4 +305,81 @@ fn loaded_maps_are_saved_by_what_has_changed_since() {
     assert!(MapSaver::load(parent.path().join("nothing"), None).is_err());
     damage(&folder.join("state.index"), 40);
     assert!(MapSaver::load(&folder, None).is_err());
+}
+
+/// Bytes of the state of a saved map, without the standard files.
+fn state_bytes(folder: &Path) -> u64 {
+    let files = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    let of_state = files.filter(|file| file.file_name().to_string_lossy().starts_with("state"));
+    of_state.map(|file| file.metadata().unwrap().len()).sum()
+}
+
+#[test]
+fn a_history_that_is_kept_no_longer_leaves_the_folder() {
+    let parent = tempfile::tempdir().unwrap();
+    let [folder, other] = ["map", "other"].map(|name| parent.path().join(name));
+    let builder = mapped(HistoryConfig::Memory);
+    builder.map().save(&folder).unwrap();
+    let (mut saver, map) = MapSaver::load(&folder, Some(HistoryConfig::None)).unwrap();
+    saver.save(&map).unwrap();
+    map.save(&other).unwrap();
+    assert_eq!(state_bytes(&folder), state_bytes(&other));
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+}
+
+#[test]
+fn a_log_that_comes_and_goes_leaves_nothing_behind() {
+    let parent = tempfile::tempdir().unwrap();
+    let [folder, other] = ["map", "other"].map(|name| parent.path().join(name));
+    mapped(HistoryConfig::None).map().save(&other).unwrap();
+    let without_log = MultiLevelMap::load_with_history(&other, HistoryConfig::Memory).unwrap();
+    let mut short = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    insert(&mut short, 0..2);
+
+    let mut saver = MapSaver::create(&folder).unwrap();
+    for map in [mapped(HistoryConfig::Memory).map(), &without_log, short.map()] {
+        saver.save(map).unwrap();
+    }
+    let loaded = MultiLevelMap::load(&folder).unwrap();
+    assert!(fingerprint(&loaded) == fingerprint(short.map()));
+    assert_eq!(poses(&MapBuilder::resume(loaded).unwrap()), poses(&short));
+}
+
+#[test]
+fn a_copy_from_before_the_first_key_frame_is_of_the_same_session() {
+    let mut builder = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    let first = &simulated(0..1)[0];
+    builder.insert(&first.frame, Detections::Pending, &first.world_from_camera).unwrap();
+    let copy = builder.map().clone();
+    builder.process_waiting().unwrap();
+    insert(&mut builder, 1..4);
+    let mut map = builder.into_map();
+    let (sessions, before) = (map.sessions(), fingerprint(&map));
+    map.merge(&copy, &Pose::identity()).unwrap();
+    assert_eq!(map.sessions(), sessions);
+    assert!(fingerprint(&map) == before);
+}
+
+#[test]
+fn settled_maps_stay_as_they_are() {
+    let mut builder = mapped(HistoryConfig::Memory);
+    builder.settle();
+    let revision = builder.map().revision();
+    builder.settle();
+    assert_eq!(builder.map().revision(), revision);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_path_that_cannot_be_saved_is_refused_at_the_beginning() {
+    use std::os::unix::ffi::OsStrExt;
+
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join(std::ffi::OsStr::from_bytes(b"caf\xe9"));
+    fs::create_dir(&folder).unwrap();
+    let error = MapBuilder::new(config(HistoryConfig::Folder(folder.clone()))).unwrap_err();
+    assert!(matches!(error, Error::PathNotUtf8 { field: "history.folder", .. }), "{error}");
+    let mut paged = config(HistoryConfig::None);
+    paged.memory.path = Some(folder);
+    assert!(matches!(MapBuilder::new(paged), Err(Error::PathNotUtf8 { field: "memory.path", .. })));
 }
