@@ -241,13 +241,13 @@ mod tests {
     /// more.
     #[test]
     fn what_came_before_the_corrected_frames_is_still_shared() {
-        let mut steps = vec![Step::Frame { is_detector_run: true }; FRAMES];
-        steps.extend(vec![Step::Settle; 120]);
+        const SCANS: usize = 300;
+        let steps = vec![Step::Frame { is_detector_run: true }; FRAMES];
         let mut builder = Session::run(&steps).builder;
         let start = builder.trajectory().last().map_or(0.0, |(_, time, _)| time);
-        for scan in 0..140_u32 {
+        for scan in 0..SCANS {
             let points = [[2.0, 0.1 * (scan % 10) as f32, 0.5]; 3];
-            builder.insert_scan(start + 0.1 * f64::from(scan), &points, &Pose::identity()).unwrap();
+            builder.insert_scan(start + 0.1 * scan as f64, &points, &Pose::identity()).unwrap();
         }
         let [mut frames, mut events] = [0, 0];
         // The first correction has no snapshot to begin at.
@@ -262,7 +262,7 @@ mod tests {
             assert!(log.frames.unshared(&before.frames).all(|place| place >= 128), "{frames} frames");
             assert!(log.events.unshared(&before.events).all(|place| place >= 256), "{events} events");
         }
-        assert_eq!([frames, events], [FRAMES + 140, FRAMES + 120 + 140]);
+        assert_eq!([frames, events], [FRAMES + SCANS; 2]);
 
         let before = builder.map.past.log.clone().unwrap();
         builder.remove(FrameId::new(frames as u64 - 1)).unwrap();
