@@ -150,6 +150,10 @@ impl MultiLevelMap {
         }
         // The cloud comes last: it has what the other maps leave of the memory budget.
         read(CLOUD, read_cloud(folder, &map).map(|cloud| map.cloud = cloud));
+        if missing.iter().any(|missing| missing.section == CLOUD) {
+            // The other maps have been compared with evidence that is lost; that of the new cloud counts from 0.
+            map.ghost_removal = GhostRemoval::default();
+        }
         map.past.differs_from_log |= !missing.is_empty();
         Ok((map, missing))
     }
@@ -284,6 +288,23 @@ fn page_of(place: usize) -> u64 {
 mod tests {
     use super::*;
     use crate::MapBuilder;
+    use crate::random_session::{Session, Step};
+
+    #[test]
+    fn maps_whose_cloud_is_lost_are_compared_with_the_evidence_of_the_next_one() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("map");
+        let steps = vec![Step::Frame { is_detector_run: true }; 3];
+        let builder = Session::run(&steps).builder;
+        builder.map().save(&folder).unwrap();
+        let segment = folder.join("state-000001.bin");
+        let mut bytes = std::fs::read(&segment).unwrap();
+        bytes[10] ^= 0x10;
+        std::fs::write(&segment, bytes).unwrap();
+        let (map, missing) = MultiLevelMap::load_partial(&folder).unwrap();
+        assert_eq!(missing.iter().map(|missing| missing.section).collect::<Vec<_>>(), [CLOUD]);
+        assert!(map.is_settled());
+    }
 
     #[test]
     fn a_head_from_which_no_mapping_can_go_on_is_refused() {
