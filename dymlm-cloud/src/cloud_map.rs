@@ -121,8 +121,8 @@ pub enum Selection {
 /// Number of blocks that are fetched from memory at once: with some 50 voxels each they fit into a
 /// processor's nearest cache.
 const FETCHED: usize = 16;
-/// Most blocks of 8^3 cells of the evidence that may fit between a camera and its readings. A lower value refuses sensors of a long range, a higher one lets a frame whose focal lengths are in millimetres fill
-/// the memory.
+/// Most blocks of 8^3 cells of the evidence that may fit between a camera and its readings. A lower value refuses
+/// sensors of a long range, a higher one lets a frame whose focal lengths are in millimetres fill the memory.
 const MOST_VIEW_BLOCKS: f64 = 2_097_152.0;
 
 impl CloudMap {

@@ -30,9 +30,9 @@ impl ObjectMapper {
 
     /// Lets objects follow somebody who has pushed them along: a thing that is seen where it stands now loses
     /// the points for which `is_free` holds, those of its old place, and is fitted anew. An object stays as it
-    /// is when its last observation does not fit the new parameters clearly better than the old ones, and when
-    /// the other things there that were observed after a time (seconds) are displaced as it is: then it is the
-    /// camera that is not where it is said to be.
+    /// is when its last observation does not fit the new parameters clearly better than the old ones. It also
+    /// stays when the other things there that were observed after a time (seconds) are displaced as it is: then
+    /// the camera is not where it is said to be.
     ///
     /// Returns those that have new parameters.
     pub fn follow_pushed(

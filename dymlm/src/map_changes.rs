@@ -74,8 +74,8 @@ impl MultiLevelMap {
 
 fn differ_as_planes(a: &MapPlane, b: &MapPlane) -> bool {
     let seen = |plane: &MapPlane| {
-        let sums = (plane.centroid(), plane.weight().to_bits());
-        (plane.plane(), plane.observations(), plane.inlier_voxels(), sums)
+        let weight = plane.weight().to_bits();
+        (plane.plane(), plane.centroid(), plane.observations(), plane.inlier_voxels(), weight)
     };
     seen(a) != seen(b)
 }

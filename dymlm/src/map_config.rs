@@ -95,7 +95,6 @@ impl MapConfig {
         config
     }
 
-    /// Checks the sensor, and the fields that belong to no part.
     /// Checks that the paths can be saved with the maps: otherwise that would be found out after hours of mapping.
     #[cfg(feature = "io")]
     pub(crate) fn check_paths(&self) -> Result<(), crate::Error> {
@@ -109,6 +108,7 @@ impl MapConfig {
         Ok(())
     }
 
+    /// Checks the sensor, and the fields that belong to no part.
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
         self.sensor.validate()?;
         check_range("max_detection_delay", self.max_detection_delay, 0.0..=60.0)?;

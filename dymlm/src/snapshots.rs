@@ -67,8 +67,7 @@ pub(crate) struct Snapshot {
 }
 
 /// Some recent states of the session, the closer together the younger they are, so that a correction of the
-/// last steps replays not many more than those. They share with the maps what has not changed
-/// since.
+/// last steps replays not many more than those. They share with the maps what has not changed since.
 ///
 /// They are taken from the first such correction on, since what they share is copied when it changes: callers
 /// who only close loops should not pay for that, and a SLAM that optimizes its last frames does so from its

@@ -18,8 +18,9 @@ pub struct UpdateConfig {
     pub min_observations: u32,
     /// Share of the frames with the object in view that must have detected it to confirm it, 0..=1, if its
     /// projection matches the detector's boxes with a mean intersection over union of 0.4; less when they match
-    /// better, and none for a perfect match. With a match below 0.4 an object is not confirmed. Default 0.25: detectors find most of what is in view. A camera that
-    /// looks on from one place counts for at most twenty frames.
+    /// better, and none for a perfect match. With a match below 0.4 an object is not confirmed. Default 0.25:
+    /// detectors find most of what is in view. A camera that looks on from one place counts for at most twenty
+    /// frames.
     pub min_detected_share: f64,
     /// Frames that must have looked through an object for it to be removed, 1..=1000; they must also
     /// outnumber its observations. Default 3.

@@ -102,7 +102,7 @@ fn without_comment(line: &str) -> &str {
             Some(open) if c == open => quote = None,
             None if c == '#' && before.is_whitespace() => return &line[..at],
             None if c == '"' || c == '\'' => {
-                let opens = before.is_whitespace() || ":[,\'".contains(before);
+                let opens = before.is_whitespace() || ":[,'".contains(before);
                 quote = opens.then_some(c);
             }
             _ => {}
