@@ -79,7 +79,7 @@ impl MapBuilder {
             subsampler: Subsampler::new(config.sensor),
             waiting: WaitingFrames::default(),
             processed: None,
-            snapshots: Snapshots::default(),
+            snapshots: Snapshots::new(),
             clock: SessionClock::default(),
             carried: BTreeMap::new(),
             map,

@@ -24,8 +24,10 @@ impl MapBuilder {
     /// [`new_from_old`](CorrectionReport::new_from_old).
     ///
     /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
-    /// movers and planes, and scans with them: when the first one that moved is among the last twenty of
-    /// both, at most twice as many as have come since (but for the first correction of that kind), else all.
+    /// movers and planes, and scans with them: from an earlier state of the maps, at most as many before the
+    /// first one that moved as have come since, or 80 where corrections of the last thirty are rare. Earlier
+    /// states take half of the cloud's memory at most, or are one: in a single room, all of which changes, a
+    /// correction that begins before that one maps the whole session again.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};
@@ -159,13 +161,8 @@ impl MapBuilder {
         poses: &[Pose],
         watch: &mut dyn FnMut(CorrectionProgress) -> bool,
     ) -> Result<CorrectionReport, Error> {
-        let rebuilt = self.mapped_again(first_changed, poses, watch);
-        let Self { map, snapshots, config, .. } = self;
-        if rebuilt.is_err() {
-            // It may have taken snapshots of maps that were never completed.
-            snapshots.forget_behind(first_changed);
-        }
-        let rebuilt = rebuilt?;
+        let rebuilt = self.mapped_again(first_changed, poses, watch)?;
+        let Self { map, config, .. } = self;
         let before = std::mem::replace(map, rebuilt.map);
         (map.revision, map.past) = (before.revision, before.past);
         map.past.differs_from_log = true;
@@ -192,12 +189,17 @@ impl MapBuilder {
         let context = MappingContext { sensor: &config.sensor, mover_labels: preprocessor.mover_labels() };
         let steps = Steps::after(&log.events, first_changed);
         snapshots.note_correction(steps.count(log.events.iter_from(first_changed)));
-        snapshots.forget_behind(first_changed);
-        let (map, events) = match snapshots.newest() {
-            Some(snapshot) => (snapshot.map.clone(), snapshot.events.clone()),
-            None => (MultiLevelMap::new(config)?, Pages::default()),
+        let later = snapshots.take_out_behind(first_changed);
+        let start = match snapshots.newest() {
+            Some(snapshot) => Ok((snapshot.map.clone(), snapshot.events.clone())),
+            None => MultiLevelMap::new(config).map(|map| (map, Pages::default())),
         };
-        let (map, events) = Replay::new(log, poses, map, events, snapshots)?.run(&context, watch)?;
+        let replayed = start
+            .and_then(|(map, events)| Replay::new(log, poses, map, events, snapshots)?.run(&context, watch));
+        if replayed.is_err() {
+            snapshots.put_back(later);
+        }
+        let (map, events) = replayed?;
         Ok(Renaming { log, before, map, events }.finish())
     }
 

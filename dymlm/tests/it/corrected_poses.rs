@@ -2,8 +2,8 @@
 //! refusals that change nothing. Random sessions are in `src/correction/random_sessions.rs`.
 
 use crate::common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence};
-use dymlm::core::{FrameId, Pose, SplitMix64};
-use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
+use dymlm::core::{DepthImage, Frame, FrameId, PinholeCamera, Pose, SplitMix64};
+use dymlm::{CorrectionProgress, Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
 use dymlm_sim::SimulatedFrame;
 
 fn with_history() -> MapConfig {
@@ -314,4 +314,83 @@ fn what_is_known_of_the_last_processed_frame_moves_with_that_frame() {
     let scan = builder.insert_scan(frames[1].frame.timestamp(), &[[2.0, 0.0, 0.5]], &pose).unwrap().id;
     builder.correct_poses(&[(FrameId::new(0), pose), (scan, moved)]).unwrap();
     assert!(!is_key_frame(&mut builder, 2));
+}
+
+/// A walk along a wall, which sees each place in a few frames: poses, in the order of the frames.
+fn along_a_wall(builder: &mut MapBuilder, frames: usize) -> Vec<(FrameId, Pose)> {
+    let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+    for step in 0..frames {
+        let depth = (0..64 * 48).map(|pixel| 1.5 + 0.01 * ((pixel * 7 + step) % 5) as f32).collect();
+        let depth = DepthImage::new(64, 48, depth).unwrap();
+        let frame = Frame::new(0.2 * step as f64, camera, depth, None).unwrap();
+        let pose = Pose::new([0.25 * step as f64, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        builder.insert(&frame, &[], &pose).unwrap();
+    }
+    poses(builder)
+}
+
+fn mapped_again(builder: &mut MapBuilder, given: &[(FrameId, Pose)]) -> usize {
+    let mut total = 0;
+    let watch = &mut |progress: CorrectionProgress| {
+        total = progress.total;
+        true
+    };
+    builder.correct_poses_watched(given, watch).unwrap();
+    total
+}
+
+/// Regression: unless the last frames had been corrected before, a loop closure had the whole session mapped again,
+/// however long that had been and however short the loop.
+#[test]
+fn a_loop_closure_maps_again_what_has_come_since_the_loop_began_to_the_same_bits() {
+    let mut builder = MapBuilder::new(with_history()).unwrap();
+    let right = along_a_wall(&mut builder, 400);
+    let memory = builder.memory();
+    assert!(memory.snapshots < memory.total() / 3, "{memory:?}");
+
+    let mut late = drifted(&right, 0.3, 0.0).split_off(340);
+    assert_eq!(mapped_again(&mut builder, &right), 0);
+    // One that is cancelled leaves the states from which the next one begins.
+    let cancelled =
+        builder.correct_poses_watched(&drifted(&right, 0.1, 0.0), &mut |progress| progress.done < 300);
+    assert!(matches!(cancelled, Err(Error::Cancelled)));
+    let total = mapped_again(&mut builder, &late);
+    assert!((60..=200).contains(&total), "{total}");
+    let corrected = fingerprint_without_ids(builder.map());
+    // An earlier loop, then the later one again: from states that the replays have left.
+    let total = mapped_again(&mut builder, &drifted(&right, 0.1, 0.0).split_off(200));
+    assert!((200..=400).contains(&total), "{total}");
+    assert!(fingerprint_without_ids(builder.map()) != corrected);
+    let mut all = right.clone();
+    all.truncate(340);
+    all.append(&mut late);
+    let total = mapped_again(&mut builder, &all);
+    assert!((200..=400).contains(&total), "{total}");
+    assert!(fingerprint_without_ids(builder.map()) == corrected);
+    // From the beginning, since the first frame moves as well, there and back.
+    builder.transform(&Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+    builder.correct_poses(&all).unwrap();
+    assert!(fingerprint_without_ids(builder.map()) == corrected);
+}
+
+#[test]
+fn in_a_single_room_earlier_states_take_a_part_of_its_memory_at_most() {
+    let (mut builder, all) = (MapBuilder::new(with_history()).unwrap(), frames(12));
+    for turn in 0..16 {
+        for frame in &all {
+            let mut frame = frame.clone();
+            frame.frame.set_timestamp(frame.frame.timestamp() + 10.0 * f64::from(turn)).unwrap();
+            insert_all(&mut builder, &[frame]);
+            let memory = builder.memory();
+            assert!(memory.snapshots < (memory.total() - memory.history) * 6 / 10, "{memory:?}");
+        }
+    }
+    // One of the states is left, from which the first correction of the last frames begins.
+    let mut late = poses(&builder).split_off(190);
+    let shift = Pose::new([0.01, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    for (_, pose) in &mut late {
+        *pose = shift * *pose;
+    }
+    let total = mapped_again(&mut builder, &late);
+    assert!(total < 120, "{total}");
 }
