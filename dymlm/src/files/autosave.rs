@@ -1,4 +1,5 @@
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -31,13 +32,17 @@ pub struct Autosave {
     /// Ends the thread when it is dropped.
     stop: Option<Sender<Finish>>,
     thread: Option<JoinHandle<Result<MapSaver, Error>>>,
+    failure: Failure,
 }
+
+/// Why the last save has failed, if it has.
+type Failure = Arc<Mutex<Option<Arc<Error>>>>;
 
 impl Autosave {
     /// Starts saving. Every `interval` it saves the maps published last, if they are newer than those that were
     /// saved last. The maps at the beginning count as saved where the saver has saved or loaded maps that are
     /// not older, and where nothing has changed since they were loaded, from whatever folder. A save that fails
-    /// is tried again after the next interval.
+    /// is tried again after the next interval; [`failure`](Self::failure) tells of it meanwhile.
     ///
     /// # Errors
     ///
@@ -50,6 +55,8 @@ impl Autosave {
         let latest = reader.latest();
         let saved = saver.saved_revision().unwrap_or_default().max(latest.past.loaded).min(latest.revision());
         drop(latest);
+        let failure = Failure::default();
+        let last_failure = Arc::clone(&failure);
         let run = move || {
             let mut autosaver = Autosaver { saver, reader, saved };
             loop {
@@ -58,11 +65,18 @@ impl Autosave {
                 if signal != Err(RecvTimeoutError::Timeout) {
                     return result.map(|()| autosaver.saver);
                 }
+                *last_failure.lock().unwrap_or_else(PoisonError::into_inner) = result.err().map(Arc::new);
             }
         };
         let thread = std::thread::Builder::new().name("dymlm-autosave".into()).spawn(run);
         let thread = thread.map_err(|source| Error::Io { path, source })?;
-        Ok(Self { stop: Some(stop), thread: Some(thread) })
+        Ok(Self { stop: Some(stop), thread: Some(thread), failure })
+    }
+
+    /// Why the last save has failed, on a full disk, say: the folder has the maps of the save before. `None` after
+    /// one that has succeeded. Never waits for a save.
+    pub fn failure(&self) -> Option<Arc<Error>> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Saves the maps that were published last, also those of a builder that was given no frame if the saver has

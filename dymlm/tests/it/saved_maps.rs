@@ -194,6 +194,30 @@ fn maps_are_saved_while_they_are_built() {
     assert!(fingerprint(&map) == fingerprint(builder.map()));
 }
 
+/// Regression: who saves at intervals learned only at the end that the disk had been full for hours.
+#[test]
+fn a_save_that_fails_is_told_until_one_succeeds() {
+    let parent = tempfile::tempdir().unwrap();
+    let place = parent.path().join("place");
+    fs::create_dir(&place).unwrap();
+    let saver = MapSaver::create(place.join("map")).unwrap();
+    let mut builder = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    let autosave = Autosave::start(builder.reader(), saver, Duration::from_millis(20)).unwrap();
+    fs::remove_dir_all(&place).unwrap();
+    insert(&mut builder, 0..3);
+    builder.settle();
+    let comes = |is_failing: bool| {
+        let mut waits = (0..2000).inspect(|_| std::thread::sleep(Duration::from_millis(5)));
+        waits.any(|_| autosave.failure().is_some() == is_failing)
+    };
+    assert!(comes(true));
+    assert!(matches!(autosave.failure().as_deref(), Some(dymlm_io::Error::Io { .. })));
+    fs::create_dir(&place).unwrap();
+    assert!(comes(false));
+    autosave.finish().unwrap();
+    assert!(fingerprint(&MultiLevelMap::load(place.join("map")).unwrap()) == fingerprint(builder.map()));
+}
+
 #[test]
 fn what_was_never_saved_is_saved_at_the_end() {
     let parent = tempfile::tempdir().unwrap();
