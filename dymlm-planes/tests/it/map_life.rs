@@ -105,6 +105,29 @@ fn key_frames_of_the_next_room_do_not_look_at_what_its_wall_hides() {
     assert!(!map.plane(far).unwrap().is_confirmed());
 }
 
+/// Regression: a strip that was found from near was given up on the way to it and away from it, since each key frame
+/// that saw it as narrow as a few pixels counted as one that had not found it.
+#[test]
+fn what_is_too_narrow_from_far_away_is_not_missed_there() {
+    let strip = World::of(&[crate::common::upright([0.0, 5.0, 1.0], 0.5, 0.05)]);
+    let found = detect(&strip, crate::common::look_at([0.0, 4.2, 1.0], [0.0, 5.0, 1.0]), 1);
+    let mut map = map_of(&vec![found; 3]);
+    assert_eq!(map.len(), 1);
+    let mut look_past_from = |distance: f64| {
+        for place in 0..8 {
+            let eye = [if place % 2 == 0 { -0.2 } else { 0.2 }, 5.0 - distance, 1.0];
+            let (_, frame, pose) = detect(&strip, crate::common::look_at(eye, [0.0, 5.0, 1.0]), 1);
+            for _ in 0..20 {
+                map.insert(&[], &frame, &pose).unwrap();
+            }
+        }
+        map.len()
+    };
+    // 4 pixels of a camera that has a quarter of a Kinect's resolution, and 10.
+    assert_eq!(look_past_from(3.5), 1);
+    assert_eq!(look_past_from(1.3), 0);
+}
+
 /// Regression: key frames that looked without seeing a plane counted one by one. A robot that rested for two
 /// minutes where a table is seen too flatly to be found lost the table, and needed hours to find it again.
 #[test]
