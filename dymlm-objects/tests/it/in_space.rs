@@ -347,6 +347,26 @@ fn what_the_detector_sees_as_two_at_once_stays_two() {
     assert_eq!(count(|step| if step % 2 == 0 { &[(0, "chair")] } else { &[(1, "chair")] }), 1);
 }
 
+/// The part of a chair that a cupboard does not hide, and later the chair from the other side: the part is hardly a tenth
+/// of the chair, so the boxes' intersection over union says little.
+#[test]
+fn what_is_found_within_a_thing_of_its_kind_is_a_part_of_it() {
+    let planes = Walls(vec![]);
+    let (part, whole) = (upright([0.16, 2.5, 0.38], 0.0, [0.14, 0.28, 0.76]), chair(0.0, 2.6));
+    let mut mapper = mapper();
+    for step in 0..4 {
+        let pose = near([0.6, 0.4, 1.2], step, [0.16, 2.5, 0.4]);
+        show(&mut mapper, &room(vec![part], &[]), (0.1 * step as f64, pose), &[(0, "chair")], &planes);
+    }
+    assert_eq!(mapper.map().len(), 1);
+    for step in 0..20 {
+        let pose = near([-0.9, 4.6, 1.2], step, [0.0, 2.6, 0.4]);
+        show(&mut mapper, &room(vec![whole], &[]), (9.0 + 0.1 * step as f64, pose), &[(0, "chair")], &planes);
+    }
+    assert_eq!(mapper.map().len(), 1, "{:?}", boxes(&mapper));
+    assert!(boxes(&mapper)[0].iou(&whole) > 0.6, "{:?}", boxes(&mapper));
+}
+
 /// Of two such backs, one turns out to be a chair that was known from elsewhere.
 #[test]
 fn what_was_seen_as_two_stays_two_when_one_of_them_goes_into_a_third() {
