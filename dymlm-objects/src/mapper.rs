@@ -600,7 +600,7 @@ impl ObjectMapper {
     /// that stays, then the one that goes, which has fewer observations or, if equal, is the younger. `None`
     /// when there is no pair.
     fn find_duplicates(&mut self) -> Option<[Birth; 2]> {
-        let confirm = self.config.update.min_observations;
+        let update = &self.config.update;
         while let Some(&birth) = self.changed.first() {
             let is_carried = |birth: &Birth| self.held.contains_key(birth);
             if let Some(own) = self.map.born(birth).filter(|_| !is_carried(&birth)) {
@@ -608,7 +608,7 @@ impl ObjectMapper {
                 let others = self.near.iter().filter(|other| !is_carried(other));
                 let mut others = others.filter_map(|&other| self.map.born(other));
                 if let Some(other) =
-                    others.find(|other| other.birth != birth && are_duplicates(own, other, confirm))
+                    others.find(|other| other.birth != birth && are_duplicates(own, other, update))
                 {
                     let (first, last) = if own.birth < other.birth { (own, other) } else { (other, own) };
                     let last_goes = last.observations <= first.observations;

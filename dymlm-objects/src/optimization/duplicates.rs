@@ -1,7 +1,7 @@
 use dymlm_core::vector3::{difference, norm};
 use dymlm_geometry::OrientedBox;
 
-use crate::MapObject;
+use crate::{MapObject, UpdateConfig};
 
 /// Least intersection over union of two objects' boxes, 0..=1, for them to be duplicates: solid things do not
 /// overlap. A lower value merges neighbours, a higher one keeps one thing seen from two sides as two.
@@ -14,31 +14,35 @@ const SAME_IOU_OTHER_LABEL: f64 = 0.4;
 /// at [`SAME_IOU`].
 const PART: f64 = 0.5;
 
-/// Whether two objects are duplicates: their boxes overlap, or one lies within the other, which is better known, and
-/// the detector did not find them as two things at once, in as many frames as `confirm` an object or in all that saw
-/// the lesser one.
-pub(crate) fn are_duplicates(one: &MapObject, other: &MapObject, confirm: u32) -> bool {
+/// Whether two objects are duplicates: their boxes overlap, or one is a part of the other, and the detector did not
+/// find them as two things at once, in as many frames as confirm an object or in all that saw the lesser one.
+pub(crate) fn are_duplicates(one: &MapObject, other: &MapObject, update: &UpdateConfig) -> bool {
     // Both count the same.
     let apart = one.seen_apart.frames_with(other.birth);
-    apart < confirm.min(one.observations).min(other.observations)
+    apart < update.min_observations.min(one.observations).min(other.observations)
         && may_touch(&one.oriented_box, &other.oriented_box)
-        && fill_one_place(one, other)
+        && fill_one_place(one, other, update)
 }
 
-fn fill_one_place(one: &MapObject, other: &MapObject) -> bool {
+fn fill_one_place(one: &MapObject, other: &MapObject, update: &UpdateConfig) -> bool {
     let (own, its) = (&one.oriented_box, &other.oriented_box);
     if one.label != other.label {
         return own.iou(its) >= SAME_IOU_OTHER_LABEL;
     }
     let common = own.intersection_volume(its);
-    let is_part = |part: &MapObject, whole: &MapObject| {
-        // What is better known than the thing around it is no part of that.
-        part.observations < whole.observations && common >= PART * part.oriented_box.volume()
-    };
     common > 0.0
         && (common >= SAME_IOU * (own.volume() + its.volume() - common)
-            || is_part(one, other)
-            || is_part(other, one))
+            || is_part(one, other, common, update)
+            || is_part(other, one, common, update))
+}
+
+/// Whether an object is a part of another, with which it has so much volume in common: it lies mostly within that,
+/// which is better known, and the detector finds it less often than it finds what hardly looks like its detections. A
+/// thing that is there beside another which has taken too much is found.
+fn is_part(part: &MapObject, whole: &MapObject, common: f64, update: &UpdateConfig) -> bool {
+    part.observations < whole.observations
+        && common >= PART * part.oriented_box.volume()
+        && part.detected_share.share() < update.min_detected_share
 }
 
 /// Whether the bounding spheres of two boxes touch.
