@@ -1,7 +1,7 @@
 //! Symmetric 3x3 matrices and coordinates in a plane, as far as plane fitting needs them.
 
-use dymlm_core::Plane;
 use dymlm_core::vector3::{cross, unit};
+use dymlm_core::{Plane, symmetric_eigen3};
 
 /// A symmetric matrix: xx, xy, xz, yy, yz, zz.
 pub(crate) type Symmetric3 = [f64; 6];
@@ -42,6 +42,13 @@ pub(crate) fn plane_axes(normal: [f64; 3]) -> [[f64; 3]; 2] {
 pub(crate) fn rows(matrix: &Symmetric3) -> [[f64; 3]; 3] {
     let [xx, xy, xz, yy, yz, zz] = *matrix;
     [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+}
+
+/// Width across the longest extent of points with this covariance, by rows: of a rectangle over which points are
+/// spread evenly. Over a width w they have the variance w^2 / 12.
+pub(crate) fn width(covariance: [[f64; 3]; 3]) -> f64 {
+    let across = symmetric_eigen3(covariance).map_or(0.0, |eigen| eigen.values[1]);
+    (12.0 * across.max(0.0)).sqrt()
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use crate::session_log::{Event, event_bytes_beside};
 
 /// Number of [steps](Steps) from one snapshot to the next, where they are closest.
 const INTERVAL: usize = 5;
-/// Number of intervals for which a snapshot with an odd number is kept. Each time that a number can be halved, the
-/// snapshot is kept twice as long: so the older, the farther apart, and a correction replays at most twice as many
-/// steps as have come since the first that it moves (`the_younger_the_closer`).
+/// Number of intervals for which a snapshot with an odd number is kept. Each time that a number can be halved,
+/// the snapshot is kept twice as long: so the older, the farther apart, and a correction replays at most twice
+/// as many steps as have come since the first that it moves (`the_younger_the_closer`).
 const LIFE: usize = 3;
 /// Snapshots whose numbers can be halved so often are lasting ones: one in 80 steps.
 const HALVINGS_OF_LASTING: u32 = 4;
@@ -65,8 +65,9 @@ pub(crate) struct Snapshot {
     pub(crate) map: MultiLevelMap,
     /// What had happened, with the ids that things have in these maps.
     pub(crate) events: Pages<Event>,
-    /// Number of steps of the session before it, and of intervals.
+    /// Number of steps of the session before it.
     steps: usize,
+    /// The interval that it ends, which says how long it is kept.
     number: usize,
     /// Bytes of its cloud that the next lasting snapshot does not share, if they have been counted.
     unshared: Option<usize>,
@@ -76,13 +77,15 @@ pub(crate) struct Snapshot {
 #[derive(Debug)]
 pub(crate) struct TakenOut {
     taken: Vec<Snapshot>,
-    /// Number of steps at which the replay begins, and of those that the maps have seen.
+    /// Number of steps at which the replay begins.
     start: usize,
+    /// Number of those that the maps have seen.
     done: usize,
 }
 
-/// Some earlier states of the session, the closer together the younger they are, so that a correction replays not
-/// many more steps than have come since the first that it moves. They share with the maps what has not changed since.
+/// Some earlier states of the session, the closer together the younger they are, so that a correction replays
+/// not many more steps than have come since the first that it moves. They share with the maps what has not
+/// changed since.
 ///
 /// Lasting ones are taken all the time, since a loop may be closed at any time, and in a session of hours a
 /// replay of all takes many minutes; they are dropped when they take too much memory. The ones between them are
@@ -175,26 +178,28 @@ impl Snapshots {
 
     /// Drops lasting snapshots until they take no more than half of what the cloud takes, or one is left.
     fn drop_costly(&mut self, map: &MultiLevelMap) {
-        self.count_unshared(map);
-        while let Some(costliest) = self.costliest() {
+        while let Some(costliest) = self.costliest(map) {
             self.keep(|snapshot| snapshot.number != costliest);
-            self.count_unshared(map);
         }
     }
 
     /// The number of the lasting snapshot that takes most for what it spares, if they take too much.
     ///
     /// Without it, corrections that begin between it and the next one have as many more steps to replay as are
-    /// between it and the one before; and the longer ago, the fewer begin there. In a building a snapshot takes what
-    /// the camera saw about then, in a single room as much as the cloud. The beginning of a session stays as long as
-    /// the snapshots of a local optimization do.
-    fn costliest(&self) -> Option<usize> {
+    /// between it and the one before; and the longer ago, the fewer begin there. In a building a snapshot takes
+    /// what the camera saw about then, in a single room as much as the cloud. The beginning of a session stays
+    /// as long as the snapshots of a local optimization do.
+    fn costliest(&mut self, map: &MultiLevelMap) -> Option<usize> {
         let first = usize::from(self.patience > 0);
-        let asked = self.taken.iter().filter(|snapshot| snapshot.number >= first);
+        let is_asked = |snapshot: &&Snapshot| is_lasting(snapshot.number) && snapshot.number >= first;
+        if self.taken.iter().filter(is_asked).count() < 2 {
+            return None;
+        }
+        self.count_unshared(map);
         let lasting: Vec<(usize, &Snapshot)> =
-            asked.filter_map(|snapshot| snapshot.unshared.zip(Some(snapshot))).collect();
+            self.taken.iter().filter(is_asked).filter_map(|it| it.unshared.zip(Some(it))).collect();
         let all: usize = lasting.iter().map(|(bytes, _)| bytes).sum();
-        if lasting.len() < 2 || all <= self.cloud_bytes / 2 {
+        if all <= self.cloud_bytes / 2 {
             return None;
         }
         let before = std::iter::once(0).chain(lasting.iter().map(|(_, snapshot)| snapshot.steps));
@@ -403,6 +408,8 @@ mod tests {
         for following in (0..all).rev() {
             events.push(key_frame());
             snapshots.take_in_replay_when_due(1, following, &map, &events);
+            let is_left_at_the_end = |it: &Snapshot| is_kept(it.number, all / INTERVAL);
+            assert!(snapshots.taken.iter().all(is_left_at_the_end));
         }
         check_distances(&snapshots, all, INTERVAL);
         snapshots.take_out_behind(all - 10);

@@ -19,9 +19,10 @@ pub struct PlaneMapConfig {
     /// not withdrawn ask for one more in any case: that two planes are one across an occluded gap, and that
     /// an object stands on a plane.
     pub min_observations: u32,
-    /// Least share of the key frames that looked at a plane's centroid, near enough to find the plane, that must
-    /// have seen it to confirm it, 0..=1; of those from one place, where the camera rests, no more than 20 count. Default 0.12: a
-    /// plane fitted across an edge appears in a frame or two of the many that look there.
+    /// Least share of the key frames that looked at a plane's centroid, near enough to find the plane, that
+    /// must have seen it to confirm it, 0..=1; of those from one place, where the camera rests, no more than
+    /// 20 count. Default 0.12: a plane fitted across an edge appears in a frame or two of the many that look
+    /// there.
     pub min_observation_share: f64,
     /// Largest hole of a boundary that is filled, square metres, 0..=100. Default 0.02: a cup on a table.
     pub max_hole_area: f64,

@@ -105,8 +105,8 @@ fn key_frames_of_the_next_room_do_not_look_at_what_its_wall_hides() {
     assert!(!map.plane(far).unwrap().is_confirmed());
 }
 
-/// Regression: a strip that was found from near was given up on the way to it and away from it, since each key frame
-/// that saw it as narrow as a few pixels counted as one that had not found it.
+/// Regression: a strip that was found from near was given up on the way to it and away from it, since each
+/// key frame that saw it as narrow as a few pixels counted as one that had not found it.
 #[test]
 fn what_is_too_narrow_from_far_away_is_not_missed_there() {
     let strip = World::of(&[crate::common::upright([0.0, 5.0, 1.0], 0.5, 0.05)]);

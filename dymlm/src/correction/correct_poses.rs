@@ -25,9 +25,9 @@ impl MapBuilder {
     ///
     /// The old maps stay until the new ones are complete. Key frames are mapped again without the search for
     /// movers and planes, and scans with them: from an earlier state of the maps, at most as many before the
-    /// first one that moved as have come since, or 80 where corrections of the last thirty are rare. Earlier
-    /// states take half of the cloud's memory at most, or are one: in a single room, all of which changes, a
-    /// correction that begins before that one maps the whole session again.
+    /// first one that moved as have come since, or 80 where corrections of the last thirty are rare. But earlier
+    /// states take at most half of the cloud's memory, and those that would take more are dropped, all but one:
+    /// where most of the cloud changes, as in a single room, an early correction maps the whole session again.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{FrameId, Pose}};

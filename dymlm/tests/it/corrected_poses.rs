@@ -1,9 +1,11 @@
 //! Maps that follow when poses are corrected: equal to the bit to maps that are built anew, ids that stay,
 //! refusals that change nothing. Random sessions are in `src/correction/random_sessions.rs`.
 
-use crate::common::{config, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence};
+use crate::common::{
+    config, correct_counted, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence,
+};
 use dymlm::core::{DepthImage, Frame, FrameId, PinholeCamera, Pose, SplitMix64};
-use dymlm::{CorrectionProgress, Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
+use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
 use dymlm_sim::SimulatedFrame;
 
 fn with_history() -> MapConfig {
@@ -164,12 +166,8 @@ fn a_correction_early_in_a_further_session_maps_none_of_the_one_before_again() {
     let mut builder = MapBuilder::resume(mapped(&frames[..8]).into_map()).unwrap();
     insert_all(&mut builder, &frames[8..]);
     let late = drifted(&poses(&builder), 0.1, 0.0).split_off(11);
-    let mut total = 0;
-    let report = builder.correct_poses_watched(&late, &mut |progress| {
-        total = progress.total;
-        true
-    });
-    assert_eq!(report.unwrap().key_frames, 14);
+    let (report, total) = correct_counted(&mut builder, &late);
+    assert_eq!(report.key_frames, 14);
     assert!(total <= 6, "{total} key frames were mapped again");
     let corrected = fingerprint_without_ids(builder.map());
     // From the beginning, since the first frame moves as well, there and back.
@@ -186,16 +184,10 @@ fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
     let right = poses(&builder);
     let mut late = drifted(&right, 0.3, 0.1);
     late.drain(..24);
-    let mut total = 0;
     // From the first such correction on.
     builder.correct_poses(&late).unwrap();
     builder.correct_poses(&right).unwrap();
-    builder
-        .correct_poses_watched(&late, &mut |progress| {
-            total = progress.total;
-            true
-        })
-        .unwrap();
+    let (_, total) = correct_counted(&mut builder, &late);
     assert!((6..=12).contains(&total), "{total}");
 
     let mut moved = all.clone();
@@ -232,12 +224,7 @@ fn who_hands_over_all_poses_has_mapped_again_what_has_moved() {
             .filter(|place| place % 4 == 0 || *place > 27)
             .map(|place| (right[place].0, if place < 28 { right[place].1 } else { shift * right[place].1 }))
             .collect();
-        builder
-            .correct_poses_watched(&given, &mut |progress| {
-                total = progress.total;
-                true
-            })
-            .unwrap();
+        (_, total) = correct_counted(&mut builder, &given);
         assert_eq!(poses(&builder)[..25], right[..25]);
     }
     // The first one was the first such correction.
@@ -329,18 +316,8 @@ fn along_a_wall(builder: &mut MapBuilder, frames: usize) -> Vec<(FrameId, Pose)>
     poses(builder)
 }
 
-fn mapped_again(builder: &mut MapBuilder, given: &[(FrameId, Pose)]) -> usize {
-    let mut total = 0;
-    let watch = &mut |progress: CorrectionProgress| {
-        total = progress.total;
-        true
-    };
-    builder.correct_poses_watched(given, watch).unwrap();
-    total
-}
-
-/// Regression: unless the last frames had been corrected before, a loop closure had the whole session mapped again,
-/// however long that had been and however short the loop.
+/// Regression: unless the last frames had been corrected before, a loop closure had the whole session mapped
+/// again, however long that had been and however short the loop.
 #[test]
 fn a_loop_closure_maps_again_what_has_come_since_the_loop_began_to_the_same_bits() {
     let mut builder = MapBuilder::new(with_history()).unwrap();
@@ -349,22 +326,22 @@ fn a_loop_closure_maps_again_what_has_come_since_the_loop_began_to_the_same_bits
     assert!(memory.snapshots < memory.total() / 3, "{memory:?}");
 
     let mut late = drifted(&right, 0.3, 0.0).split_off(340);
-    assert_eq!(mapped_again(&mut builder, &right), 0);
+    assert_eq!(correct_counted(&mut builder, &right).1, 0);
     // One that is cancelled leaves the states from which the next one begins.
     let cancelled =
         builder.correct_poses_watched(&drifted(&right, 0.1, 0.0), &mut |progress| progress.done < 300);
     assert!(matches!(cancelled, Err(Error::Cancelled)));
-    let total = mapped_again(&mut builder, &late);
+    let (_, total) = correct_counted(&mut builder, &late);
     assert!((60..=200).contains(&total), "{total}");
     let corrected = fingerprint_without_ids(builder.map());
     // An earlier loop, then the later one again: from states that the replays have left.
-    let total = mapped_again(&mut builder, &drifted(&right, 0.1, 0.0).split_off(200));
+    let (_, total) = correct_counted(&mut builder, &drifted(&right, 0.1, 0.0).split_off(200));
     assert!((200..=400).contains(&total), "{total}");
     assert!(fingerprint_without_ids(builder.map()) != corrected);
     let mut all = right.clone();
     all.truncate(340);
     all.append(&mut late);
-    let total = mapped_again(&mut builder, &all);
+    let (_, total) = correct_counted(&mut builder, &all);
     assert!((200..=400).contains(&total), "{total}");
     assert!(fingerprint_without_ids(builder.map()) == corrected);
     // From the beginning, since the first frame moves as well, there and back.
@@ -391,6 +368,6 @@ fn in_a_single_room_earlier_states_take_a_part_of_its_memory_at_most() {
     for (_, pose) in &mut late {
         *pose = shift * *pose;
     }
-    let total = mapped_again(&mut builder, &late);
+    let (_, total) = correct_counted(&mut builder, &late);
     assert!(total < 120, "{total}");
 }

@@ -1,5 +1,6 @@
 //! Scans through the facade: OctoMap's leaves, somebody who walked by, frames beside scans, refused scans.
 
+use crate::common::correct_counted;
 use dymlm::cloud::{CloudMap, CloudVoxel, StaticPoints};
 use dymlm::core::{DepthImage, DepthNoise, Frame, FrameId, PinholeCamera, Point, Pose, SplitMix64};
 use dymlm::octree::{CellState, Octree, RayMode};
@@ -255,12 +256,7 @@ fn a_correction_of_the_last_scans_maps_few_again_to_the_same_bits() {
     let mut total = 0;
     // From the first such correction on.
     for first in [34, 40, 34] {
-        builder
-            .correct_poses_watched(&moved_from(first), &mut |progress| {
-                total = progress.total;
-                true
-            })
-            .unwrap();
+        (_, total) = correct_counted(&mut builder, &moved_from(first));
     }
     assert!((6..=12).contains(&total), "{total} scans were mapped again");
     let (mut again, _) = scans_of_a_way(40);

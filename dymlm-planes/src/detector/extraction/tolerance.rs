@@ -1,7 +1,7 @@
+use dymlm_core::SensorModel;
 use dymlm_core::vector3::dot;
-use dymlm_core::{SensorModel, symmetric_eigen3};
 
-use crate::linear_algebra::rows;
+use crate::linear_algebra::{self, rows};
 use crate::moments::{Fit, Moments};
 
 /// The tolerances of Feng 2014 as functions of the sensor's noise sigma(z); Feng's are for a Kinect.
@@ -36,11 +36,9 @@ pub(super) const COS_MERGE_ANGLE: f64 = 0.5;
 /// to 99 %, but a chair of the kitchen loses its place (`each_thing_is_there_once`).
 const UNEVEN_BEND: f64 = 12.0;
 
-/// Width of a cluster perpendicular to its longest extent, metres. Points spread evenly over a width w have
-/// the variance w^2 / 12.
+/// Width of a cluster perpendicular to its longest extent, metres.
 pub(super) fn width(cluster: &Moments) -> f64 {
-    let across = symmetric_eigen3(rows(&cluster.covariance())).map_or(0.0, |eigen| eigen.values[1]);
-    (12.0 * across.max(0.0)).sqrt()
+    linear_algebra::width(rows(&cluster.covariance()))
 }
 
 impl Tolerance {

@@ -1,23 +1,23 @@
 use std::collections::BTreeSet;
 
 use dymlm_core::vector3::{difference, dot, norm, unit};
-use dymlm_core::{Birth, DepthView, FrameId, PinholeCamera, Pose, Visibility, symmetric_eigen3};
+use dymlm_core::{Birth, DepthView, FrameId, PinholeCamera, Pose, Visibility};
 
 use super::super::insertion::Insertion;
 use super::super::judgement::Judgement;
 use super::super::map_plane::{MapPlane, Sightings};
 use super::PlaneMap;
 use crate::detector::patch_range;
-use crate::linear_algebra::{foot_on, rows};
+use crate::linear_algebra::{foot_on, rows, width};
 use crate::patches::{BlockKey, PatchVoxel, VoxelBox};
 
 /// Cosine of the angle from the optical axis within which a key frame counts as looking at a place: 25
 /// degrees, the inner half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
-/// Narrow side, pixels of a Kinect, below which a plane that is not found is not missed: two sides of a block of the
-/// detector's. What is narrower may hold no whole block, wherever the blocks lie
-/// (`what_is_too_narrow_from_far_away_is_not_missed_there`). With 24, planes fitted across edges stay: precision on the
-/// eight sequences falls from 100 to 96 %.
+/// Narrow side, pixels of a Kinect, below which a plane that is not found is not missed: two sides of a block
+/// of the detector's. What is narrower may hold no whole block
+/// (`what_is_too_narrow_from_far_away_is_not_missed_there`). With 24, planes fitted across edges stay:
+/// precision on the eight sequences falls from 100 to 96 %.
 const LEAST_NARROW_SIDE: f64 = 16.0;
 
 /// Confirmation of planes.
@@ -68,9 +68,9 @@ impl PlaneMap {
         self.drop_refuted(judged);
     }
 
-    /// The planes at which a key frame looks without having seen them, although they appear wide enough to be found.
-    /// Without those that are gone: that they are not seen then says nothing about what was seen of them before, and
-    /// will be if they come back.
+    /// The planes at which a key frame looks without having seen them, although they appear wide enough to be
+    /// found. Those that are gone are left out: that they are not seen says nothing about what was seen of
+    /// them before, and will be if they come back.
     pub(super) fn missed_by(
         &self,
         insertion: &Insertion,
@@ -139,8 +139,8 @@ impl PlaneMap {
     }
 }
 
-/// The narrow side of a plane as a camera sees it, pixels: of a rectangle with the spread that the plane's inliers
-/// have across the line of sight. Points spread evenly over a width w have the variance w^2 / 12.
+/// The narrow side of a plane as a camera sees it, pixels: of a rectangle with the spread that the plane's
+/// inliers have across the line of sight.
 fn narrow_side(plane: &MapPlane, camera: &PinholeCamera, world_from_camera: &Pose) -> f64 {
     let ray = difference(plane.centroid, world_from_camera.translation());
     let Some(sight) = unit(ray) else { return 0.0 };
@@ -150,10 +150,9 @@ fn narrow_side(plane: &MapPlane, camera: &PinholeCamera, world_from_camera: &Pos
     let entry = |a: usize, b: usize| {
         spread[a][b] - with_sight[a] * sight[b] - sight[a] * with_sight[b] + along * sight[a] * sight[b]
     };
-    // The third of these values is that along the line of sight, 0.
-    let eigen = symmetric_eigen3([0, 1, 2].map(|a| [0, 1, 2].map(|b| entry(a, b))));
-    let variance = eigen.map_or(0.0, |eigen| eigen.values[1].max(0.0));
-    (12.0 * variance).sqrt() * camera.fx().abs() / norm(ray)
+    // Along the line of sight nothing is left, so that the two extents are those across it.
+    let across = [0, 1, 2].map(|a| [0, 1, 2].map(|b| entry(a, b)));
+    width(across) * camera.fx().abs() / norm(ray)
 }
 
 impl MapPlane {

@@ -6,7 +6,7 @@ pub(crate) mod map_copy;
 use dymlm::core::{FrameId, ObjectId, PinholeCamera, PlaneId, Pose};
 use dymlm::objects::MapObject;
 use dymlm::planes::MapPlane;
-use dymlm::{MapBuilder, MapConfig, MultiLevelMap, Selection};
+use dymlm::{CorrectionReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
 /// A short walk, small enough for a test: a quarter of the pixels of a Kinect.
@@ -33,6 +33,19 @@ pub(crate) fn insert_all(builder: &mut MapBuilder, frames: &[SimulatedFrame]) {
 /// Where the frames were taken from, as a caller knows it.
 pub(crate) fn poses(builder: &MapBuilder) -> Vec<(FrameId, Pose)> {
     builder.trajectory().map(|(id, _, pose)| (id, pose)).collect()
+}
+
+/// Corrects poses; the report, and how many key frames and scans were mapped again.
+pub(crate) fn correct_counted(
+    builder: &mut MapBuilder,
+    given: &[(FrameId, Pose)],
+) -> (CorrectionReport, usize) {
+    let mut total = 0;
+    let report = builder.correct_poses_watched(given, &mut |progress| {
+        total = progress.total;
+        true
+    });
+    (report.unwrap(), total)
 }
 
 /// Everything that the maps say, in bytes.
