@@ -183,7 +183,7 @@ impl Column {
 impl Scores {
     /// Notes a figure, if there is one.
     pub(crate) fn set(&mut self, key: &'static str, value: impl Into<Option<f64>>) {
-        debug_assert!(
+        assert!(
             BLOCKS.iter().any(|block| block.columns.iter().any(|column| column.key == key)),
             "no column {key}"
         );

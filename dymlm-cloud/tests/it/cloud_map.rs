@@ -1087,7 +1087,7 @@ mod saved_state {
                 apply(&mut map, 5, seed);
             }
             let mut random = SplitMix64::new(seed);
-            for _ in 0..80 {
+            for _ in 0..30 {
                 let parts = damaged_parts(&whole(&map), &mut random);
                 if let Ok(mut damaged) = load(parts) {
                     apply(&mut damaged, 0, 2);

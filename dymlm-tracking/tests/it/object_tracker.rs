@@ -113,16 +113,18 @@ fn follow(sequence: &Sequence, has_depth: bool) -> Outcome {
 fn a_moved_world_moves_no_object() {
     let sequence = sequence(CarriedKind::Box, CarriedMotion::RotationZ, 86);
     let new_from_old = Pose::new([0.3, -0.2, 0.1], [0.1, 0.2, 0.3, 0.927_361_849]).unwrap();
-    for closure in [8, 40] {
-        let mut frames = sequence.frames();
-        let mut tracker = start(&frames.next().unwrap());
-        let (mut moved_tracker, mut world) = (tracker.clone(), Pose::identity());
-        for (index, frame) in frames.enumerate() {
-            if index == closure {
-                world = new_from_old;
-                moved_tracker.move_world(&world);
+    let mut frames = sequence.frames();
+    let mut tracker = start(&frames.next().unwrap());
+    // Each with the frame before which its world moves.
+    let mut moved_trackers = [8, 40].map(|closure| (closure, tracker.clone(), Pose::identity()));
+    for (index, frame) in frames.enumerate() {
+        let stays = tracker.track(&frame.frame, &[], &frame.world_from_camera).unwrap();
+        for (closure, moved_tracker, world) in &mut moved_trackers {
+            if index == *closure {
+                *world = new_from_old;
+                moved_tracker.move_world(world);
             }
-            let stays = tracker.track(&frame.frame, &[], &frame.world_from_camera).unwrap();
+            let world = *world;
             let moved = moved_tracker.track(&frame.frame, &[], &(world * frame.world_from_camera)).unwrap();
             assert_eq!(moved.state, stays.state, "frame {index}");
             let expected = world * stays.world_from_object;

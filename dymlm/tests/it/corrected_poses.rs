@@ -2,7 +2,8 @@
 //! refusals that change nothing. Random sessions are in `src/correction/random_sessions.rs`.
 
 use crate::common::{
-    config, correct_counted, fingerprint, fingerprint_without_ids, ids, insert_all, poses, sequence,
+    config, correct_counted, fine_camera, fingerprint, fingerprint_without_ids, ids, insert_all, poses,
+    sequence,
 };
 use dymlm::core::{DepthImage, Frame, FrameId, PinholeCamera, Pose, SplitMix64};
 use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig};
@@ -61,7 +62,7 @@ fn nothing_changes_without_a_change() {
     let report = builder.correct_poses(&[]).unwrap();
     assert_eq!((report.moved_key_frames, report.largest_motion), (0, 0.0));
     assert!(report.planes.moved.is_empty() && report.objects.moved.is_empty());
-    assert_eq!(fingerprint(builder.map()), first);
+    assert!(fingerprint(builder.map()) == first);
 }
 
 #[test]
@@ -70,7 +71,8 @@ fn a_moved_world_is_the_map_of_moved_poses() {
     let mut config = dymlm_sim::SequenceConfig::default();
     config.frames = 30;
     config.people = 0;
-    config.camera = sequence(1).frames().next().map(|frame| *frame.frame.camera());
+    // Finer than elsewhere: how the cells of the world lie decides whose a single reading is.
+    config.camera = Some(fine_camera());
     let still: Vec<SimulatedFrame> = dymlm_sim::Sequence::new(&config).unwrap().frames().step_by(5).collect();
     let new_from_old = Pose::new([3.0, -1.0, 0.5], [0.0, 0.0, 0.6, 0.8]).unwrap();
 
@@ -83,7 +85,7 @@ fn a_moved_world_is_the_map_of_moved_poses() {
     for frame in &still {
         direct.insert(&frame.frame, &frame.detections, &(new_from_old * frame.world_from_camera)).unwrap();
     }
-    assert_eq!(fingerprint(moved.map()), fingerprint(direct.map()));
+    assert!(fingerprint(moved.map()) == fingerprint(direct.map()));
 }
 
 #[test]
@@ -105,7 +107,7 @@ fn frames_are_taken_out_one_by_one_until_nothing_is_left() {
     let mut builder = mapped(&all);
     let without_last = mapped(&all[..5]);
     builder.remove(FrameId::new(5)).unwrap();
-    assert_eq!(fingerprint_without_ids(builder.map()), fingerprint_without_ids(without_last.map()));
+    assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(without_last.map()));
     for id in 0..5 {
         builder.remove(FrameId::new(id)).unwrap();
     }
@@ -130,7 +132,7 @@ fn a_frame_that_is_in_no_map_is_taken_out_without_building_them_again() {
     assert_eq!(builder.map().revision(), revision);
     assert!(builder.detections_for(waiting.id, &[]).is_err());
     assert!(builder.process_waiting().unwrap().is_empty());
-    assert_eq!(fingerprint(builder.map()), first);
+    assert!(fingerprint(builder.map()) == first);
 }
 
 #[test]
@@ -155,9 +157,9 @@ fn what_is_refused_changes_nothing() {
         progress.done < progress.total
     });
     assert!(matches!(cancelled, Err(Error::Cancelled)) && steps == 4);
-    assert_eq!(fingerprint(builder.map()), first);
+    assert!(fingerprint(builder.map()) == first);
     builder.correct_poses(&[]).unwrap();
-    assert_eq!(fingerprint(builder.map()), first);
+    assert!(fingerprint(builder.map()) == first);
 }
 
 #[test]
@@ -276,7 +278,8 @@ fn what_is_known_of_the_last_processed_frame_moves_with_that_frame() {
     // All within the interval of key frames.
     let mut config = dymlm_sim::SequenceConfig::default();
     (config.frames, config.frame_rate) = (4, 100.0);
-    config.camera = sequence(1).frames().next().map(|frame| *frame.frame.camera());
+    // Finer than elsewhere: how the cells of the world lie decides whose a single reading is.
+    config.camera = Some(fine_camera());
     let frames: Vec<SimulatedFrame> = dymlm_sim::Sequence::new(&config).unwrap().frames().collect();
     let pose = frames[0].world_from_camera;
     let moved = Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * pose;

@@ -1,5 +1,6 @@
 //! Grids of floors: heights count from the floor beneath, on ramps, over low steps, in several storeys.
 
+use crate::common::fine_camera;
 use dymlm::core::{Frame, PinholeCamera, Pose};
 use dymlm::octree::{CellState, GridRegion, OccupancyGrid};
 use dymlm::{Error, FloorGrid, FloorGridConfig, MapBuilder, MapConfig, MultiLevelMap};
@@ -372,7 +373,7 @@ impl PlanScore {
 fn the_grid_of_a_room_is_its_floor_plan() {
     let mut config = SequenceConfig::random_room(216);
     (config.frames, config.frame_rate) = (50, 3.0);
-    config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
+    config.camera = Some(fine_camera());
     let sequence = Sequence::new(&config).unwrap();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();

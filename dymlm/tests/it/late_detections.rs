@@ -83,9 +83,9 @@ fn what_is_refused_changes_nothing() {
     let mask = dymlm::core::Mask::filled(3, 3, true).unwrap();
     let person = Detection::new("person", 0.9, frame.detections[0].bounding_box()).unwrap().with_mask(mask);
     assert!(matches!(builder.detections_for(missed, &[person]), Err(Error::Dynamics(_))));
-    assert_eq!(fingerprint(builder.map()), first);
+    assert!(fingerprint(builder.map()) == first);
     builder.correct_poses(&[]).unwrap();
-    assert_eq!(fingerprint(builder.map()), first);
+    assert!(fingerprint(builder.map()) == first);
 }
 
 /// Six frames, the fifth of which awaits its detections, and the sixth the fifth.

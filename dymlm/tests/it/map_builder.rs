@@ -1,6 +1,6 @@
 //! The facade: a walking sequence mapped end to end, the same bits twice, refused frames, key frames.
 
-use crate::common::{config, fingerprint, insert_all, sequence};
+use crate::common::{config, fine_camera, fingerprint, insert_all, sequence, sequence_by};
 use dymlm::core::vector3::difference;
 use dymlm::core::{BoundingBox, DepthImage, Detection, Frame, Mask, PinholeCamera, Pose};
 use dymlm::objects::SightedPoint;
@@ -13,7 +13,7 @@ use dymlm_sim::{SimulatedFrame, Truth, TruthConfig};
 
 #[test]
 fn people_who_walk_through_are_not_in_the_map() {
-    let sequence = sequence(60);
+    let sequence = sequence_by(fine_camera(), 60);
     let frames: Vec<SimulatedFrame> = sequence.frames().collect();
     let mut truth = Truth::new(&sequence, &TruthConfig::default()).unwrap();
     for frame in &frames {
@@ -21,7 +21,9 @@ fn people_who_walk_through_are_not_in_the_map() {
     }
     assert!(frames.iter().filter(|frame| frame.mover_mask.count() > 2000).count() > 20, "people are in view");
 
-    let mut builder = MapBuilder::new(config()).unwrap();
+    let mut config = config();
+    config.cloud.voxel_size = 0.02;
+    let mut builder = MapBuilder::new(config.clone()).unwrap();
     insert_all(&mut builder, &frames);
     let score = score_cloud(&builder.map().cloud().point_cloud(Selection::Static), &truth).unwrap();
     assert!(score.residue < 5e-4, "{score:?}");
@@ -31,7 +33,7 @@ fn people_who_walk_through_are_not_in_the_map() {
 
     // The same without detections: most of them is masked as new in free space, and late removal takes out
     // nearly all of the rest.
-    let mut blind = MapBuilder::new(config()).unwrap();
+    let mut blind = MapBuilder::new(config).unwrap();
     for frame in &frames {
         blind.insert(&frame.frame, &[], &frame.world_from_camera).unwrap();
     }
@@ -182,7 +184,7 @@ fn degenerate_frames_are_no_error() {
 
 #[test]
 fn beyond_the_octree_the_other_maps_go_on() {
-    let camera = PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap();
+    let camera = fine_camera();
     let wall = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
     // The octree of 5 cm ends 1,638 m from the origin.
@@ -200,7 +202,7 @@ fn beyond_the_octree_the_other_maps_go_on() {
 
 #[test]
 fn the_report_names_planes_that_did_not_reach_the_map() {
-    let camera = PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap();
+    let camera = fine_camera();
     let wall = DepthImage::new(320, 240, vec![2.0; 320 * 240]).unwrap();
     let wall = Frame::new(0.0, camera, wall, None).unwrap();
     let mut config = config();

@@ -1,7 +1,7 @@
 //! A hand takes a thing from the table and puts it down elsewhere: all maps follow.
 
 use crate::common::fingerprint;
-use dymlm::core::{Frame, FrameId, ObjectId, Pose};
+use dymlm::core::{Frame, FrameId, ObjectId, PinholeCamera, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
@@ -22,6 +22,7 @@ const FRAMES: usize = 262;
 fn sequence() -> Sequence {
     let mut config = SequenceConfig::default();
     config.people = 0;
+    config.camera = PinholeCamera::new(480, 360, 393.75, 393.75, 239.5, 179.5).ok();
     config.frame_rate = RATE;
     config.frames = FRAMES;
     config.path = CameraPath::Static;

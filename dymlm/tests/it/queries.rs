@@ -1,5 +1,6 @@
 //! Questions that more than one map answers: the floor under a camera that never sees its own feet.
 
+use crate::common::fine_camera;
 use dymlm::core::vector3::{difference, norm};
 use dymlm::core::{Frame, PinholeCamera, Pose};
 use dymlm::{MapBuilder, MapConfig, MultiLevelMap};
@@ -90,7 +91,7 @@ fn the_floor_turns_with_the_world() {
 fn seats_are_not_taken_for_the_floor() {
     let mut config = SequenceConfig::random_room(6);
     (config.frames, config.frame_rate) = (50, 5.0);
-    config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
+    config.camera = Some(fine_camera());
     let mut map_config = MapConfig::default();
     map_config.cloud.voxel_size = 0.02;
     let mut builder = MapBuilder::new(map_config).unwrap();

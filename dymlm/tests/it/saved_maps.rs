@@ -359,7 +359,7 @@ fn a_log_that_comes_and_goes_leaves_nothing_behind() {
     let segment = other.join("state-000001.bin");
     let whole = fs::read(&segment).unwrap();
     // Where the history is in the file shows by what is missing when a byte of it is damaged.
-    let without_log = (0..100).find_map(|share| {
+    let without_log = (0..100).rev().find_map(|share| {
         fs::write(&segment, &whole).unwrap();
         damage(&segment, whole.len() * share / 100);
         let (map, missing) = MultiLevelMap::load_partial(&other).ok()?;

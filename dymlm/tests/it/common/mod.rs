@@ -9,18 +9,27 @@ use dymlm::planes::MapPlane;
 use dymlm::{CorrectionReport, MapBuilder, MapConfig, MultiLevelMap, Selection};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
-/// A short walk, small enough for a test: a quarter of the pixels of a Kinect.
+/// A short walk, small enough for a test: a sixteenth of the pixels of a Kinect.
 pub(crate) fn sequence(frames: usize) -> Sequence {
+    sequence_by(PinholeCamera::new(160, 120, 131.25, 131.25, 79.5, 59.5).unwrap(), frames)
+}
+
+/// A short walk with a camera.
+pub(crate) fn sequence_by(camera: PinholeCamera, frames: usize) -> Sequence {
     let mut config = SequenceConfig::default();
-    config.frames = frames;
-    config.camera = Some(PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap());
+    (config.frames, config.camera) = (frames, Some(camera));
     Sequence::new(&config).unwrap()
+}
+
+/// A quarter of the pixels of a Kinect.
+pub(crate) fn fine_camera() -> PinholeCamera {
+    PinholeCamera::new(320, 240, 262.5, 262.5, 159.5, 119.5).unwrap()
 }
 
 pub(crate) fn config() -> MapConfig {
     let mut config = MapConfig::default();
-    // Half the resolution, voxels of twice the size.
-    config.cloud.voxel_size = 0.02;
+    // A quarter of the resolution, voxels of four times the size.
+    config.cloud.voxel_size = 0.04;
     config
 }
 
