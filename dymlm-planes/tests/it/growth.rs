@@ -36,6 +36,7 @@ fn only_plane(map: &PlaneMap) -> &MapPlane {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_floor_of_a_kilometre_has_its_area_and_its_outline() {
     let diagonal = [0.8, 0.6];
     let area_of = |map: &PlaneMap| only_plane(map).area();
