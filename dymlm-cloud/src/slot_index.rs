@@ -30,11 +30,17 @@ impl SlotIndex {
             let is_reached = (0..3).all(|axis| step[axis] <= reached[axis]);
             is_reached.then(|| self.cubes.get(&first.cube_after(step))).flatten()
         });
-        std::array::from_fn(|neighbor| {
-            let [x, y, z] = [x + neighbor % 3, y + neighbor / 3 % 3, z + neighbor / 9];
-            let cube = cubes[(z >> 2) << 2 | (y >> 2) << 1 | x >> 2];
-            cube.map_or(0, |cube| cube[(z & 3) << 4 | (y & 3) << 2 | x & 3])
-        })
+        let mut slots = [0; NEIGHBORS];
+        for (row, slots) in slots.chunks_exact_mut(3).enumerate() {
+            let [y, z] = [y + row % 3, z + row / 3];
+            let (cube, place) = ((z >> 2) << 2 | (y >> 2) << 1, (z & 3) << 4 | (y & 3) << 2);
+            for (x, slot) in (x..).zip(slots) {
+                if let Some(cube) = cubes[cube | x >> 2] {
+                    *slot = cube[place | x & 3];
+                }
+            }
+        }
+        slots
     }
 
     /// The slots of the blocks in the cube that contains a block.
