@@ -74,6 +74,13 @@ impl<'a> DepthView<'a> {
         Self { camera, depth, sensor }
     }
 
+    /// The camera that took the depth image.
+    #[inline]
+    #[must_use]
+    pub fn camera(&self) -> &'a PinholeCamera {
+        self.camera
+    }
+
     /// What the image says about a place in the camera's frame, metres, known to `place_sigma` metres (one
     /// standard deviation). A reading is of the place within [`SensorModel::tolerance`] at the place's depth.
     ///

@@ -147,7 +147,7 @@ impl PlaneMap {
         let steps: Vec<(PlanePair, u32)> = steps.into_iter().map(of_births).collect();
         let seen = Seen { labels: &labels, lattice, steps: &steps, view: &view };
         let gap_looks = self.look_between(&insertion, &seen, &region, &world_from_camera.inverse());
-        let missed = self.missed_by(&insertion, &view, frame.camera(), world_from_camera);
+        let missed = self.missed_by(&insertion, &view, world_from_camera);
         self.gaps.add(&gap_looks);
         self.key_frames.update(insertion.key_frame, |key_frame| {
             (key_frame.gap_looks, key_frame.missed) = (gap_looks, missed.clone());

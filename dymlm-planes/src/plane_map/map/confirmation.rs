@@ -75,9 +75,9 @@ impl PlaneMap {
         &self,
         insertion: &Insertion,
         view: &DepthView<'_>,
-        camera: &PinholeCamera,
         world_from_camera: &Pose,
     ) -> Vec<Birth> {
+        let camera = view.camera();
         let (eye, range) = (world_from_camera.translation(), f64::from(patch_range(&self.sensor)));
         let around = [-range, range].map(|side| eye.map(|c| c + side));
         let mut near = self.index.near(&VoxelBox::around(around, self.config.voxel_size));
