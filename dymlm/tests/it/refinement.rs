@@ -65,7 +65,7 @@ fn planes_take_out_drift() {
 #[test]
 fn planes_that_are_met_again_are_one() {
     let mut building = SequenceConfig::building(7, 2);
-    building.camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).ok();
+    building.camera = PinholeCamera::new(112, 84, 91.7, 91.7, 55.5, 41.5).ok();
     building.pose_error = PoseErrorConfig::slam();
     let sequence = Sequence::new(&building).unwrap();
     let mut builder = mapped(&sequence);
