@@ -209,14 +209,19 @@ fn checked_size(
         }
         return Ok((width, height));
     }
-    match actual_width.checked_mul(actual_height) {
-        Some(pixels) if pixels <= MAX_IMAGE_PIXELS => Ok((actual_width, actual_height)),
-        _ => Err(Error::malformed(
-            path,
-            format!(
-                "an image of {actual_width}x{actual_height} pixels is larger than {MAX_IMAGE_PIXELS} pixels"
-            ),
-        )),
+    check_pixels(actual_width, actual_height).map_err(|reason| Error::malformed(path, reason))?;
+    Ok((actual_width, actual_height))
+}
+
+/// Refuses cameras of images that would be refused, before rooms of their size are made.
+pub(crate) fn check_size_of(camera: &PinholeCamera) -> Result<(), String> {
+    check_pixels(camera.width(), camera.height())
+}
+
+fn check_pixels(width: usize, height: usize) -> Result<(), String> {
+    match width.checked_mul(height) {
+        Some(pixels) if pixels <= MAX_IMAGE_PIXELS => Ok(()),
+        _ => Err(format!("an image of {width}x{height} pixels is larger than {MAX_IMAGE_PIXELS} pixels")),
     }
 }
 

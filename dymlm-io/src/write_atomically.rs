@@ -7,8 +7,8 @@ use tempfile::NamedTempFile;
 use crate::Error;
 
 /// Writes a file completely or not at all: under a temporary name in the same folder, flushed to the disk,
-/// then renamed. An older file of that name stays as it is until the new one is complete. A pipe or a device,
-/// such as `/dev/null`, is written to as it is.
+/// then renamed. An older file of that name stays as it is until the new one is complete. A symbolic link is
+/// followed. A pipe or a device, such as `/dev/null`, is written to as it is.
 ///
 /// # Errors
 ///
@@ -37,13 +37,15 @@ where
         write(&mut out).map_err(failed)?;
         return out.flush().map_err(Error::io(path));
     }
-    let folder = parent_of(path);
+    // Renaming replaces a link itself, and whoever reads what it leads to would never see the new file.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let folder = parent_of(&target);
     let file = named_temporary(&folder).map_err(Error::io(path))?;
     let mut out = BufWriter::with_capacity(1 << 16, file);
     write(&mut out).map_err(failed)?;
     let file = out.into_inner().map_err(|error| Error::io(path)(error.into_error()))?;
     file.as_file().sync_all().map_err(Error::io(path))?;
-    file.persist(path).map_err(|error| Error::io(path)(error.error))?;
+    file.persist(&target).map_err(|error| Error::io(path)(error.error))?;
     sync_folder(&folder);
     Ok(())
 }

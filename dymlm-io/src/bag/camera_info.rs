@@ -1,5 +1,6 @@
 use dymlm_core::{Distortion, PinholeCamera};
 
+use crate::image_file::check_size_of;
 use crate::ros2::messages::Lens;
 
 /// The camera that a `CameraInfo` describes.
@@ -28,6 +29,7 @@ pub(super) fn camera_of(lens: &Lens, is_rectified: bool) -> Result<InfoCamera, S
     let [fx, fy, cx, cy] = if use_p { [pfx, pfy, pcx, pcy] } else { [fx, fy, cx, cy] };
     let camera = PinholeCamera::new(lens.width as usize, lens.height as usize, fx, fy, cx, cy)
         .map_err(|error| error.to_string())?;
+    check_size_of(&camera)?;
     let distortion =
         if is_rectified || lens.d.iter().all(|&d| d == 0.0) { None } else { Some(distortion_of(lens)?) };
     Ok(InfoCamera { camera, distortion })

@@ -98,6 +98,29 @@ pub(super) fn with_camera(
         return Err(format!("no CameraInfo for {topic}; there are: {}", all.join(", ")));
     };
     let camera =
-        camera_of(&found.lens, topic.contains("rect")).map_err(|reason| format!("{info}: {reason}"))?;
+        camera_of(&found.lens, is_rectified(&topic)).map_err(|reason| format!("{info}: {reason}"))?;
     Ok(ChosenImages { topic, camera })
+}
+
+/// Whether a topic's name says that its images are rectified: `image_rect`, `image_rect_color` (image_proc) and
+/// `rect/image` (ZED) do, `direct_camera/image_raw` does not.
+fn is_rectified(topic: &str) -> bool {
+    topic.split(['/', '_']).any(|word| ["rect", "rectified"].contains(&word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_rectified;
+
+    #[test]
+    fn only_a_whole_word_says_that_images_are_rectified() {
+        for topic in ["/cam/image_rect", "/cam/image_rect_color/compressed", "/zed/rgb/color/rect/image"] {
+            assert!(is_rectified(topic), "{topic}");
+        }
+        for topic in
+            ["/direct_camera/image_raw", "/director/color/image_raw", "/cam/color_corrected/image_raw"]
+        {
+            assert!(!is_rectified(topic), "{topic}");
+        }
+    }
 }

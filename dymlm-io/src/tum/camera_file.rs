@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::tum_camera::TumCamera;
 use crate::Error;
+use crate::image_file::check_size_of;
 
 const CAMERA: &str = "camera.json";
 
@@ -65,6 +66,9 @@ fn read_file(path: &Path) -> Result<CameraFile, Error> {
     let depth_camera = depth_camera.map(depth_camera_of).transpose();
     let depth_camera =
         depth_camera.map_err(|error| Error::malformed(path, format!("depth_camera: {error}")))?;
+    for camera in [Some(&camera), depth_camera.as_ref().map(|depth| &depth.camera)].into_iter().flatten() {
+        check_size_of(camera).map_err(|reason| Error::malformed(path, reason))?;
+    }
     Ok(CameraFile { camera, depth_scale, distortion, depth_camera })
 }
 

@@ -319,6 +319,20 @@ fn config_that_json_cannot_hold_is_an_error() {
     assert!(names_in(parent.path()).is_empty());
 }
 
+/// Regression: the link was replaced by the file, and what it led to stayed as it was.
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, link] = ["numbers.txt", "latest.txt"].map(|name| folder.path().join(name));
+    fs::write(&file, "old").unwrap();
+    std::os::unix::fs::symlink("numbers.txt", &link).unwrap();
+    write_atomically(&link, |out| out.write_all(b"new")).unwrap();
+    assert!(link.is_symlink());
+    assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+    assert_eq!(names_in(folder.path()), ["latest.txt", "numbers.txt"]);
+}
+
 /// A pipe or a device is written to, and never replaced by a file.
 #[cfg(unix)]
 #[test]

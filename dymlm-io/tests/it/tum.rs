@@ -153,6 +153,8 @@ fn opening_fails_for_what_spoils_the_whole_dataset() {
         ("\"fx\": 20.0", "\"fx\": 0", "fx = 0"),
         ("\"fx\"", "\"f\"", "`fx`"),
         ("16", "0", "an image of 0x"),
+        // Tables of that size would take gigabytes, and no image of it would be read.
+        ("16", "4194304", "larger than"),
     ] {
         let dataset = Dataset::new();
         dataset.write("camera.json", &dataset.read("camera.json").replace(from, to));

@@ -58,7 +58,7 @@ fn load(path: &Path, read: impl FnOnce(BufReader<File>) -> Result<Octree, Error>
 }
 
 /// Writes a file completely or not at all: under another name beside it, then renamed. When that fails, an
-/// older file stays as it was. Errors name the file.
+/// older file stays as it was. A symbolic link is followed. Errors name the file.
 pub(crate) fn save(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
@@ -70,13 +70,15 @@ pub(crate) fn save(
             .and_then(|file| write(&mut BufWriter::new(file)))
             .map_err(at(path));
     }
-    let (temporary, file) = create_beside(path).map_err(Error::from).map_err(at(path))?;
+    // Renaming replaces a link itself, and whoever reads what it leads to would never see the new file.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let (temporary, file) = create_beside(&target).map_err(Error::from).map_err(at(path))?;
     let mut writer = BufWriter::new(file);
     let written = write(&mut writer).and_then(|()| {
         let file = writer.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         file.sync_all()?;
         drop(file);
-        Ok(fs::rename(&temporary, path)?)
+        Ok(fs::rename(&temporary, &target)?)
     });
     if written.is_err() {
         // Nothing better can be done about a file that cannot be removed.

@@ -201,6 +201,20 @@ proptest! {
     }
 }
 
+/// Regression: the link was replaced by the file, and what it led to stayed as it was.
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, link] = ["map.bt", "latest.bt"].map(|name| folder.path().join(name));
+    std::fs::write(&file, "old").unwrap();
+    std::os::unix::fs::symlink("map.bt", &link).unwrap();
+    sample(false).save_bt(&link).unwrap();
+    assert!(link.is_symlink());
+    assert!(Octree::load_bt(&file, OctreeConfig::default()).is_ok());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
 #[test]
 fn files_are_named_in_errors() {
     let folder = tempfile::tempdir().unwrap();
