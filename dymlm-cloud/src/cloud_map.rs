@@ -373,21 +373,27 @@ impl CloudMap {
     /// Checks that what a frame looks through is not too much to be noted. O(1), but O(pixels) for a frame that
     /// might look through too much.
     fn check_view(&self, frame: &Frame) -> Result<(), Error> {
-        let side = self.evidence.cell_size() * BLOCK_SIDE as f64;
-        let most = MOST_VIEW_BLOCKS * side.powi(3);
-        let (camera, max_depth) = (frame.camera(), f64::from(self.weighting.sensor().max_depth));
-        // The pyramid between the camera and a pixel of depth z.
-        let behind_pixel = |z: f64| z.powi(3) / (3.0 * (camera.fx() * camera.fy()).abs());
-        let pixels = frame.depth().data();
-        if pixels.len() as f64 * behind_pixel(max_depth) <= most {
+        if self.maps_every_view(frame.camera()) {
             return Ok(());
         }
-        let readings = pixels.iter().map(|&z| f64::from(z)).filter(|&z| z > 0.0);
-        let volume: f64 = readings.map(|z| behind_pixel(z.min(max_depth))).sum();
+        let (most, max_depth) = (self.most_volume(), f64::from(self.weighting.sensor().max_depth));
+        let readings = frame.depth().data().iter().map(|&z| f64::from(z)).filter(|&z| z > 0.0);
+        let volume: f64 = readings.map(|z| volume_before(frame.camera(), z.min(max_depth))).sum();
         if volume <= most {
             return Ok(());
         }
         Err(Error::ViewTooLarge { volume, most, voxel_size: self.config.voxel_size })
+    }
+
+    /// Whether no image of a camera looks through more than can be noted, whatever it shows.
+    pub fn maps_every_view(&self, camera: &PinholeCamera) -> bool {
+        let farthest = volume_before(camera, f64::from(self.weighting.sensor().max_depth));
+        (camera.width() * camera.height()) as f64 * farthest <= self.most_volume()
+    }
+
+    /// Most that a frame may look through, cubic metres.
+    fn most_volume(&self) -> f64 {
+        MOST_VIEW_BLOCKS * (self.evidence.cell_size() * BLOCK_SIDE as f64).powi(3)
     }
 
     /// The lattice for readings up to the sensor's greatest depth times `longest_ray` away.
@@ -567,4 +573,9 @@ impl CloudMap {
             }
         }
     }
+}
+
+/// Volume of the pyramid between a camera and a pixel of depth z, cubic metres.
+fn volume_before(camera: &PinholeCamera, z: f64) -> f64 {
+    z.powi(3) / (3.0 * (camera.fx() * camera.fy()).abs())
 }

@@ -211,7 +211,15 @@ impl MapBuilder {
 
     /// Checks that the maps reach as far as a frame's readings.
     pub(crate) fn check_pose(&self, frame: &Frame, world_from_camera: &Pose) -> Result<(), Error> {
-        self.map.check_reach(frame, world_from_camera)?;
+        let sensor = &self.config.sensor;
+        // What is inserted is counted: with a stride, each reading stands for several.
+        if self.map.cloud.maps_every_view(&frame.camera().subsampled(sensor.stride)?) {
+            self.map.check_reach(frame, world_from_camera)?;
+        } else {
+            let mut inserted = frame.subsampled(sensor.stride)?;
+            inserted.average_range_end(sensor, &mut Vec::new());
+            self.map.check_reach(&inserted, world_from_camera)?;
+        }
         Ok(self.map.octree.check_depth(frame, &self.config.sensor, world_from_camera)?)
     }
 
@@ -331,8 +339,12 @@ impl MapBuilder {
 
     /// Forgets everything that is farther than `radius` metres from a place (world), in all maps: for robots
     /// that need only their surroundings. What is nearer stays as it is. Goes through all blocks held, and
-    /// through what every key frame has seen of planes: calling it once every few metres is enough.
+    /// through what every key frame has seen of planes: calling it once every few metres is enough. Where the place
+    /// or the radius is no number, nothing is forgotten.
     pub fn forget_outside(&mut self, mut center: [f64; 3], radius: f64) {
+        if radius.is_nan() || !center.iter().all(|c| c.is_finite()) {
+            return;
+        }
         if let Some((newest, world_from_camera)) = self.newest_mapped() {
             let in_camera = world_from_camera.inverse().transform_point(center);
             center = world_from_camera.transform_point(in_camera);

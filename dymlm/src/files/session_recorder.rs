@@ -139,7 +139,8 @@ impl SessionRecorder {
         let mut changed = self.record_planes(time, map, &changes.planes)?;
         changed.extend(self.record_objects(time, map, &changes.objects, up)?);
         self.record_outlines(time, changed)?;
-        if let (Some(up), true) = (up, is_first || !changes.octree.is_empty()) {
+        // As long as no grid was written, it may have lacked the camera, or a floor under it.
+        if let (Some(up), true) = (up, !self.shows_grid || !changes.octree.is_empty()) {
             self.record_grid(time, map, up)?;
         }
         self.writer.flush()?;
@@ -281,12 +282,19 @@ fn cloud_of(points: &StaticPoints<'_>, blocks: &[[i32; 3]]) -> PointCloud {
     PointCloud::with_colors(places, colors).unwrap_or_default()
 }
 
-/// A grid, laid at the height that the floor has under a place.
+/// A grid, laid at the height that the floor has under a place, or at the nearest place in the grid: a camera
+/// that looks ahead need not stand over what it has seen.
 fn grid_record(floor: &FloorGrid, at: [f64; 3]) -> Result<GridRecord, Error> {
     let grid = floor.grid();
     let [x, y, _] = grid.world_from_grid().inverse().transform_point(at);
-    let height = floor.floor_height([x, y]).unwrap_or(0.0);
-    let [x, y] = grid.origin();
+    let origin = grid.origin();
+    let nearest = |place: f64, origin: f64, cells: usize| {
+        let half_cell = 0.5 * grid.resolution();
+        place.clamp(origin + half_cell, origin + (cells.max(1) as f64 - 0.5) * grid.resolution())
+    };
+    let beside = [nearest(x, origin[0], grid.width()), nearest(y, origin[1], grid.height())];
+    let height = floor.floor_height(beside).unwrap_or(0.0);
+    let [x, y] = origin;
     let corner = Pose::new([x, y, height], [0.0, 0.0, 0.0, 1.0])?;
     let value = |cell: &CellState| match cell {
         CellState::Occupied => 100,
@@ -300,4 +308,52 @@ fn grid_record(floor: &FloorGrid, at: [f64; 3]) -> Result<GridRecord, Error> {
         world_from_grid: grid.world_from_grid() * corner,
         cells: grid.cells().iter().map(value).collect(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::{Frame, PinholeCamera};
+    use dymlm_test_support::{Rectangle, World, look_at};
+
+    use super::*;
+    use crate::{MapBuilder, MapConfig};
+
+    /// A camera 1.7 m over a floor, in whose place the world begins, has seen the floor ahead.
+    fn seen_ahead() -> (MapBuilder, Frame, Pose) {
+        let world = World::of(&[Rectangle::level([0.0, 3.0, -1.7], 3.0, 3.0)]);
+        let camera = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
+        let eye = look_at([0.0; 3], [0.0, 3.0, -1.7]);
+        let mut builder = MapBuilder::new(MapConfig::offline()).unwrap();
+        let frame = |time: f64| Frame::new(time, camera, world.depth(&camera, &eye), None).unwrap();
+        for time in 0..4 {
+            builder.insert(&frame(time.into()), &[], &eye).unwrap();
+        }
+        (builder, frame(4.0), eye)
+    }
+
+    /// Regression: it was drawn at the height of the camera.
+    #[test]
+    fn the_grid_lies_on_the_floor_also_where_the_camera_stands_beside_it() {
+        let (builder, _, eye) = seen_ahead();
+        let at = eye.translation();
+        let floor = builder.map().floor_grid(at, [0.0, 0.0, 1.0], &FloorGridConfig::default()).unwrap();
+        assert!(floor.floor_height([0.0; 2]).is_none());
+        let [.., height] = grid_record(&floor, at).unwrap().world_from_grid.translation();
+        assert!((height + 1.7).abs() < 0.02, "{height}");
+    }
+
+    /// Regression: maps that had come before the first pose were taken for recorded with their grid.
+    #[test]
+    fn the_grid_comes_as_soon_as_it_is_known_where_the_camera_is() {
+        let (builder, frame, eye) = seen_ahead();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("session.mcap");
+        let mut recorder = SessionRecorder::create(&path, &McapWriterOptions::default()).unwrap();
+        recorder.set_up([0.0, 0.0, 1.0]);
+        recorder.record_map(3.0, builder.map()).unwrap();
+        assert!(!recorder.shows_grid);
+        recorder.record_frame(&frame, None, &eye).unwrap();
+        recorder.record_map(4.0, builder.map()).unwrap();
+        assert!(recorder.shows_grid);
+    }
 }

@@ -101,6 +101,20 @@ fn a_session_goes_on_after_a_correction_as_if_it_had_begun_there() {
     assert!(fingerprint_without_ids(builder.map()) == fingerprint_without_ids(mapped(&all).map()));
 }
 
+/// Regression: the log held a radius that equals nothing, and the session was no longer the same as itself.
+#[test]
+fn to_forget_outside_of_no_place_forgets_nothing() {
+    let mut builder = mapped(&frames(3));
+    let first = fingerprint(builder.map());
+    builder.forget_outside([0.0; 3], f64::NAN);
+    builder.forget_outside([0.0, f64::INFINITY, 0.0], 1.0);
+    assert!(fingerprint(builder.map()) == first);
+    let map = builder.into_map();
+    let mut twice = map.clone();
+    twice.merge(&map, &Pose::identity()).unwrap();
+    assert!(fingerprint(&twice) == first);
+}
+
 #[test]
 fn frames_are_taken_out_one_by_one_until_nothing_is_left() {
     let all = frames(6);

@@ -162,6 +162,18 @@ fn a_step_is_in_the_way_unless_it_may_be_taken() {
     assert_eq!(occupied_beside(both.grid(), &[], 0.0), 0);
 }
 
+/// Regression: for a robot that is lower than the step, nothing counted beside it, and a strip was unknown.
+#[test]
+fn beside_a_step_that_a_low_robot_may_take_the_grid_is_known() {
+    let map = stepped();
+    let mut config = FloorGridConfig::default();
+    (config.max_step, config.min_height, config.max_height) = (0.35, 0.05, 0.2);
+    let both = map.floor_grid([0.0, 0.0, 1.3], UP, &config).unwrap();
+    for y in [1.6, 1.94, 1.99, 2.1, 2.5] {
+        assert_eq!(state(both.grid(), [0.0, y]), CellState::Free, "{y}");
+    }
+}
+
 #[test]
 fn storeys_have_grids_of_their_own_and_tables_have_none() {
     let mut world = World::of(&[

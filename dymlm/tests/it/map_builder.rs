@@ -182,6 +182,25 @@ fn degenerate_frames_are_no_error() {
     assert!(builder.map().cloud().is_empty());
 }
 
+/// Regression: what was checked was the frame as it was given, and what the cloud refused was the one with each
+/// second pixel, in which each reading stands for four: octree and planes had it, and the log had not.
+#[test]
+fn a_frame_that_looks_through_too_much_with_a_stride_changes_nothing() {
+    let camera = PinholeCamera::new(64, 48, 32.0, 32.0, 31.5, 23.5).unwrap();
+    let is_read = |pixel: usize| (pixel % 64).is_multiple_of(2) && (pixel / 64).is_multiple_of(2);
+    let depths = (0..64 * 48).map(|pixel| if is_read(pixel) { 50.0 } else { 0.0 });
+    let depth = DepthImage::new(64, 48, depths.collect()).unwrap();
+    let frame = Frame::new(0.0, camera, depth, None).unwrap();
+    let mut config = config();
+    config.cloud.voxel_size = 0.01;
+    (config.sensor.max_depth, config.sensor.stride) = (80.0, 2);
+    config.history = HistoryConfig::Memory;
+    let mut builder = MapBuilder::new(config).unwrap();
+    let refused = builder.insert(&frame, Detections::NotRun, &Pose::identity());
+    assert!(matches!(refused, Err(Error::Cloud(dymlm::cloud::Error::ViewTooLarge { .. }))), "{refused:?}");
+    assert!(builder.trajectory().next().is_none() && builder.map().octree().is_empty());
+}
+
 #[test]
 fn beyond_the_octree_the_other_maps_go_on() {
     let camera = fine_camera();

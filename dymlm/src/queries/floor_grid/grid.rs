@@ -216,8 +216,8 @@ impl FloorGrid {
     }
 }
 
-/// What counts above a place of the floor.
+/// What counts above a place of the floor: who stands beside a step up may stand on it as well.
 fn counted(heights: &FloorHeights, place: [f64; 2], config: &FloorGridConfig) -> Option<[f64; 2]> {
-    let (floor, on_step) = (heights.at(place)?, heights.on_step(place)?);
-    Some([on_step + config.min_height, floor + config.max_height])
+    let on_step = heights.on_step(place)?;
+    Some([on_step + config.min_height, on_step + config.max_height])
 }
