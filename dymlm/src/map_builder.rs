@@ -317,6 +317,10 @@ impl MapBuilder {
     /// those of the frame before.
     pub fn settle(&mut self) {
         if self.map.is_settled() {
+            // Frames that no map has seen have ids and poses, too: who saves what is newer shall save them.
+            if self.publisher.lacks_frames_of(&self.map) {
+                self.map.change();
+            }
             self.publisher.publish(&mut self.map);
             return;
         }

@@ -32,6 +32,11 @@ impl Publisher {
         self.reader.as_ref().map_or(0, |reader| reader.latest().memory_beside(map).total())
     }
 
+    /// Whether frames have come since maps were published last; no map need have seen them.
+    pub(crate) fn lacks_frames_of(&self, map: &MultiLevelMap) -> bool {
+        self.reader.as_ref().is_some_and(|reader| reader.latest().past.frames != map.past.frames)
+    }
+
     /// Publishes the maps if anybody reads; returns whether it did. Costs a pointer for each plane, key frame
     /// and object, and for each 64 blocks of the cloud.
     pub(crate) fn publish(&mut self, map: &mut MultiLevelMap) -> bool {

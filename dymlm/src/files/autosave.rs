@@ -53,7 +53,8 @@ impl Autosave {
         // Maps that have never changed, or not since they were loaded, are saved by `finish` alone: those of a
         // builder that came to nothing must not replace others.
         let latest = reader.latest();
-        let saved = saver.saved_revision().unwrap_or_default().max(latest.past.loaded).min(latest.revision());
+        let saved =
+            saver.saved_revision(&latest).unwrap_or_default().max(latest.past.loaded).min(latest.revision());
         drop(latest);
         let failure = Failure::default();
         let last_failure = Arc::clone(&failure);
@@ -125,7 +126,7 @@ impl Autosaver {
     /// Saves the maps published last if they are newer; if it `is_last`, also where they only count as saved.
     fn save_newer(&mut self, is_last: bool) -> Result<(), Error> {
         let map = self.reader.latest();
-        let is_unsaved = self.saver.saved_revision().is_none_or(|saved| saved < map.revision());
+        let is_unsaved = self.saver.saved_revision(&map).is_none_or(|saved| saved < map.revision());
         if map.revision() > self.saved || is_last && is_unsaved {
             self.saver.save(&map)?;
             self.saved = map.revision();

@@ -1,4 +1,5 @@
 use std::path::Path;
+use std::sync::Arc;
 
 use dymlm_history::HistoryConfig;
 use dymlm_io::{Error, MapFolderSaver, MapFolderWriter, PlaneRecord};
@@ -86,13 +87,16 @@ impl MapSaver {
         self.folder.folder()
     }
 
-    /// Revision of the maps that were saved or loaded last.
-    pub(super) fn saved_revision(&self) -> Option<Revision> {
-        self.saved.as_ref().map(|saved| saved.revision)
+    /// The revision at which a builder's maps were saved or loaded last, if those were the last: revisions of
+    /// different builders say nothing of each other.
+    pub(super) fn saved_revision(&self, map: &MultiLevelMap) -> Option<Revision> {
+        let of_builder = self.saved.as_ref().filter(|saved| Arc::ptr_eq(&saved.config, &map.config));
+        of_builder.map(|saved| saved.revision)
     }
 
     /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and the parts of the state that
-    /// have changed. A crash leaves either the maps that were saved before or these, never half of them.
+    /// have changed. A crash leaves either the maps that were saved before or these, never half of them. Where
+    /// somebody has removed or replaced the folder, all is written again.
     ///
     /// # Errors
     ///
@@ -118,7 +122,7 @@ impl MapSaver {
         let is_other = |saved: &SavedState| {
             *saved.config != *map.config || saved.log.is_some() != map.past.log.is_some()
         };
-        if saved.as_ref().is_some_and(is_other) {
+        if saved.as_ref().is_some_and(is_other) || !folder.is_as_left() {
             *saved = None;
         }
         if saved.is_none() {

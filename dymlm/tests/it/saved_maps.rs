@@ -218,6 +218,72 @@ fn a_save_that_fails_is_told_until_one_succeeds() {
     assert!(fingerprint(&MultiLevelMap::load(place.join("map")).unwrap()) == fingerprint(builder.map()));
 }
 
+/// Regression: what was saved before was taken to be there still. Each save failed, or it kept files of others.
+#[test]
+fn a_folder_that_somebody_has_removed_or_replaced_is_written_again() {
+    let parent = tempfile::tempdir().unwrap();
+    let [folder, other] = ["map", "other"].map(|name| parent.path().join(name));
+    let mut short = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    insert(&mut short, 0..2);
+    short.map().save(&other).unwrap();
+    let mut builder = mapped(HistoryConfig::Memory);
+    let mut saver = MapSaver::create(&folder).unwrap();
+    for spoil in [
+        |folder: &Path, _: &Path| fs::remove_dir_all(folder).unwrap(),
+        |folder: &Path, other: &Path| {
+            fs::remove_dir_all(folder).unwrap();
+            fs::rename(other, folder).unwrap();
+        },
+    ] {
+        saver.save(builder.map()).unwrap();
+        spoil(&folder, &other);
+        let next = builder.trajectory().count();
+        insert(&mut builder, next..next + 1);
+        builder.settle();
+        saver.save(builder.map()).unwrap();
+        assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
+    }
+}
+
+/// Regression: another builder's maps of a lower revision counted as saved.
+#[test]
+fn the_maps_of_another_builder_are_saved_at_the_end() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapSaver::create(&folder).unwrap();
+    saver.save(mapped(HistoryConfig::Memory).map()).unwrap();
+    let mut other = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+    insert(&mut other, 0..2);
+    Autosave::start(other.reader(), saver, Duration::from_secs(3600)).unwrap().finish().unwrap();
+    assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(other.map()));
+}
+
+/// Regression: frames that no map had seen were not saved, and their ids were given again.
+#[test]
+fn frames_without_a_trace_in_the_maps_are_saved_as_well() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut config = config(HistoryConfig::Memory);
+    (config.key_frames.max_interval, config.key_frames.min_translation) = (f64::INFINITY, f64::INFINITY);
+    config.key_frames.min_rotation = f64::INFINITY;
+    let mut builder = MapBuilder::new(config).unwrap();
+    let saver = MapSaver::create(&folder).unwrap();
+    let autosave = Autosave::start(builder.reader(), saver, Duration::from_millis(5)).unwrap();
+    insert(&mut builder, 0..1);
+    builder.settle();
+    let is_saved =
+        || MultiLevelMap::load(&folder).is_ok_and(|map| map.revision() == builder.map().revision());
+    assert!((0..2000).any(|_| {
+        std::thread::sleep(Duration::from_millis(5));
+        is_saved()
+    }));
+    insert(&mut builder, 1..4);
+    builder.settle();
+    autosave.finish().unwrap();
+    let resumed = MapBuilder::resume(MultiLevelMap::load(&folder).unwrap()).unwrap();
+    assert_eq!((resumed.trajectory().count(), builder.trajectory().count()), (4, 4));
+}
+
 #[test]
 fn what_was_never_saved_is_saved_at_the_end() {
     let parent = tempfile::tempdir().unwrap();

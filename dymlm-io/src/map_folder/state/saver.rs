@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -87,7 +88,8 @@ impl MapFolderSaver {
     ///
     /// # Errors
     ///
-    /// Those of `write`, and of [`MapFolderWriter`]. The last saved map is still there then.
+    /// [`Error::Malformed`] when the folder is no longer [as it was left](Self::is_as_left); those of `write`, and
+    /// of [`MapFolderWriter`]. The last saved map is still there then.
     pub fn save<C, N>(
         &mut self,
         config: &C,
@@ -98,6 +100,10 @@ impl MapFolderSaver {
         C: Serialize + ?Sized,
         N: Serialize + ?Sized,
     {
+        if !self.is_as_left() {
+            let reason = "somebody else has removed or replaced what was saved: all parts must be saved anew";
+            return Err(Error::malformed(&self.target, reason));
+        }
         let mut folder = MapFolderWriter::begin(&self.target)?;
         let mut state = StateWriter::begin(&self.target, folder.staging(), &self.index)?;
         write(&mut folder, &mut state)?;
@@ -114,6 +120,22 @@ impl MapFolderSaver {
         folder.finish(config, counts)?;
         self.index = index;
         Ok(())
+    }
+
+    /// Whether the folder still holds the parts that this saver has saved or opened last: a lock keeps other savers
+    /// away, but nobody who removes the folder or puts a copy of another in its place. Then [`forget`](Self::forget)
+    /// them.
+    pub fn is_as_left(&self) -> bool {
+        let is_there = |(&number, &bytes): (&u32, &u64)| {
+            fs::metadata(self.target.join(segment_name(number))).is_ok_and(|found| found.len() == bytes)
+        };
+        let StateIndex { segments, .. } = &self.index;
+        segments.is_empty()
+            || segments.iter().all(is_there)
+                && self
+                    .index
+                    .encode()
+                    .is_ok_and(|own| fs::read(self.target.join(INDEX)).is_ok_and(|it| it == own))
     }
 
     /// Forgets the saved parts: the next save must be given all parts, and keeps no others.
