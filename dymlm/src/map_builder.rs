@@ -38,6 +38,8 @@ pub struct MapBuilder {
     pub(crate) key_frames: KeyFrames,
     subsampler: Subsampler,
     pub(crate) waiting: WaitingFrames,
+    /// Of frames that have waited and were processed by a call that reports none.
+    pub(crate) released: Vec<FrameReport>,
     /// The last frame that was given to the preprocessor and the choice of key frames in this session: not the
     /// newest one where frames wait, and never a scan.
     pub(crate) processed: Option<FrameId>,
@@ -78,6 +80,7 @@ impl MapBuilder {
             key_frames: KeyFrames::new(config.key_frames)?,
             subsampler: Subsampler::new(config.sensor),
             waiting: WaitingFrames::default(),
+            released: Vec::new(),
             processed: None,
             snapshots: Snapshots::new(),
             clock: SessionClock::default(),
@@ -193,8 +196,8 @@ impl MapBuilder {
         self.process_ready()
     }
 
-    fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
-        let mut reports = Vec::new();
+    pub(crate) fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
+        let mut reports = std::mem::take(&mut self.released);
         while let Some(ready) = self.waiting.pop_ready() {
             reports.push(self.process(ready.id, &ready.input(), &ready.carried)?);
         }

@@ -35,6 +35,23 @@ fn noise(seed: u64, len: usize) -> Vec<u8> {
     (0..len).map(|_| random.below(256) as u8).collect()
 }
 
+#[test]
+fn what_is_not_as_it_was_left_is_not_gone_on_with() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapFolderSaver::create(&folder).unwrap();
+    save(&mut saver, "a", &[(1, Some(noise(1, 5000))), (2, Some(b"two".to_vec()))]).unwrap();
+    assert!(saver.is_as_left());
+    fs::remove_dir_all(&folder).unwrap();
+    assert!(!saver.is_as_left());
+    let refused = save(&mut saver, "a", &[(2, Some(b"zwei".to_vec()))]);
+    assert!(matches!(refused, Err(Error::Malformed { .. })), "{refused:?}");
+    assert!(!folder.exists());
+    saver.forget();
+    save(&mut saver, "a", &[(2, Some(b"zwei".to_vec()))]).unwrap();
+    assert_eq!(read(&folder, "a"), Parts::from([(2, b"zwei".to_vec())]));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 

@@ -75,7 +75,8 @@ impl MapBuilder {
 
     /// Takes a frame or a scan out of all maps, as if it had never been inserted. Costs what
     /// [`Self::correct_poses`] does, and nothing for a frame that is no key frame, since no map holds it. A
-    /// frame that waits for its detections is dropped.
+    /// frame that waits for its detections is dropped, and frames that waited for it alone are processed: the next
+    /// call that processes frames reports them.
     ///
     /// # Errors
     ///
@@ -88,7 +89,8 @@ impl MapBuilder {
         let is_it = |event: &Event| event.mapped() == Some(frame);
         let Some(place) = log.events.iter().position(is_it) else {
             self.waiting.remove(frame);
-            return Ok(CorrectionReport::unchanged(log));
+            self.released = self.process_ready()?;
+            return Ok(CorrectionReport::unchanged(self.map.past.log.as_ref().ok_or(Error::NoHistory)?));
         };
         let before = log.events.clone();
         log.events = before.first(place);

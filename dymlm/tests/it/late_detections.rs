@@ -43,6 +43,22 @@ fn a_frame_is_mapped_as_if_its_detections_had_been_there() {
     assert!(fingerprint_without_ids(late.map()) != without);
 }
 
+/// Regression: nothing kept it any longer, but it was in no map until another frame came.
+#[test]
+fn a_frame_behind_one_that_is_removed_is_mapped_at_once() {
+    let frames = frames();
+    let mut builder = builder(HistoryConfig::Memory);
+    let [waits, behind, next] = [&frames[0], &frames[1], &frames[2]];
+    let id = builder.insert(&waits.frame, Detections::Pending, &waits.world_from_camera).unwrap().id;
+    builder.insert(&behind.frame, Detections::Found(&behind.detections), &behind.world_from_camera).unwrap();
+    assert_eq!(builder.map().cloud().held_voxels(), 0);
+    assert_eq!(builder.remove(id).unwrap().key_frames, 1);
+    assert!(builder.map().cloud().held_voxels() > 0);
+    let report = builder.insert(&next.frame, &next.detections, &next.world_from_camera).unwrap();
+    assert_eq!(report.released.len(), 1);
+    assert!(report.released[0].update().is_some() && report.released[0].id == FrameId::new(1));
+}
+
 #[test]
 fn what_was_seen_of_people_in_a_frame_of_many_leaves_the_maps() {
     let frames = frames();
