@@ -213,7 +213,7 @@ fn checked_size(
     Ok((actual_width, actual_height))
 }
 
-/// Refuses cameras of images that would be refused, before rooms of their size are made.
+/// Refuses cameras of images that would be refused, before tables of their size are made.
 pub(crate) fn check_size_of(camera: &PinholeCamera) -> Result<(), String> {
     check_pixels(camera.width(), camera.height())
 }

@@ -346,8 +346,8 @@ impl MapBuilder {
 
     /// Forgets everything that is farther than `radius` metres from a place (world), in all maps: for robots
     /// that need only their surroundings. What is nearer stays as it is. Goes through all blocks held, and
-    /// through what every key frame has seen of planes: calling it once every few metres is enough. Where the place
-    /// or the radius is no number, nothing is forgotten.
+    /// through what every key frame has seen of planes: calling it once every few metres is enough. Where the
+    /// place or the radius is no number, nothing is forgotten.
     pub fn forget_outside(&mut self, mut center: [f64; 3], radius: f64) {
         if radius.is_nan() || !center.iter().all(|c| c.is_finite()) {
             return;

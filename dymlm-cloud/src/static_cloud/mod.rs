@@ -668,7 +668,8 @@ mod tests {
         taken_in_by_batches(|_| false);
     }
 
-    /// Points that stay are copied only where all readings have a colour, as those of the first frames have here.
+    /// Points that stay are copied only where all readings have a colour, as those of the first frames have
+    /// here.
     #[test]
     fn what_is_taken_in_has_the_same_colors_too() {
         taken_in_by_batches(|step| step < 10);

@@ -131,7 +131,8 @@ fn dbscan_does_not_compare_all_pairs_where_spheres_cut_through_crowds() {
     );
 }
 
-/// The time that clusters take grows at most so many times from the small cloud to the large one of each case.
+/// The time that clusters take grows at most so many times from the small cloud to the large one of each
+/// case.
 fn assert_growth(most: f64, cases: &[Case<'_>]) {
     let mut slow = Vec::new();
     for (name, [small, large], min_points) in cases {

@@ -75,8 +75,8 @@ impl MapBuilder {
 
     /// Takes a frame or a scan out of all maps, as if it had never been inserted. Costs what
     /// [`Self::correct_poses`] does, and nothing for a frame that is no key frame, since no map holds it. A
-    /// frame that waits for its detections is dropped, and frames that waited for it alone are processed: the next
-    /// call that processes frames reports them.
+    /// frame that waits for its detections is dropped, and frames that waited for it alone are processed: the
+    /// next call that processes frames reports them.
     ///
     /// # Errors
     ///

@@ -95,8 +95,8 @@ impl MapSaver {
     }
 
     /// Saves maps: the standard files (see [`MultiLevelMap::write_files`]), and the parts of the state that
-    /// have changed. A crash leaves either the maps that were saved before or these, never half of them. Where
-    /// somebody has removed or replaced the folder, all is written again.
+    /// have changed. A crash leaves either the maps that were saved before or these, never half of them.
+    /// Where somebody has removed or replaced the folder, all is written again.
     ///
     /// # Errors
     ///

@@ -182,8 +182,8 @@ fn degenerate_frames_are_no_error() {
     assert!(builder.map().cloud().is_empty());
 }
 
-/// Regression: what was checked was the frame as it was given, and what the cloud refused was the one with each
-/// second pixel, in which each reading stands for four: octree and planes had it, and the log had not.
+/// Regression: what was checked was the frame as it was given, and what the cloud refused was the one with
+/// each second pixel, in which each reading stands for four: octree and planes had it, and the log had not.
 #[test]
 fn a_frame_that_looks_through_too_much_with_a_stride_changes_nothing() {
     let camera = PinholeCamera::new(64, 48, 32.0, 32.0, 31.5, 23.5).unwrap();

@@ -218,7 +218,8 @@ fn a_save_that_fails_is_told_until_one_succeeds() {
     assert!(fingerprint(&MultiLevelMap::load(place.join("map")).unwrap()) == fingerprint(builder.map()));
 }
 
-/// Regression: what was saved before was taken to be there still. Each save failed, or it kept files of others.
+/// Regression: what was saved before was taken to be there still. Each save failed, or it kept files of
+/// others.
 #[test]
 fn a_folder_that_somebody_has_removed_or_replaced_is_written_again() {
     let parent = tempfile::tempdir().unwrap();

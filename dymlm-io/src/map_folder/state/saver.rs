@@ -88,8 +88,8 @@ impl MapFolderSaver {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] when the folder is no longer [as it was left](Self::is_as_left); those of `write`, and
-    /// of [`MapFolderWriter`]. The last saved map is still there then.
+    /// [`Error::Malformed`] when the folder is no longer [as it was left](Self::is_as_left); those of
+    /// `write`, and of [`MapFolderWriter`]. The last saved map is still there then.
     pub fn save<C, N>(
         &mut self,
         config: &C,
@@ -122,9 +122,9 @@ impl MapFolderSaver {
         Ok(())
     }
 
-    /// Whether the folder still holds the parts that this saver has saved or opened last: a lock keeps other savers
-    /// away, but nobody who removes the folder or puts a copy of another in its place. Then [`forget`](Self::forget)
-    /// them.
+    /// Whether the folder still holds the parts that this saver has saved or opened last: a lock keeps other
+    /// savers away, but nobody who removes the folder or puts a copy of another in its place. Then
+    /// [`forget`](Self::forget) them.
     pub fn is_as_left(&self) -> bool {
         let is_there = |(&number, &bytes): (&u32, &u64)| {
             fs::metadata(self.target.join(segment_name(number))).is_ok_and(|found| found.len() == bytes)
