@@ -102,8 +102,8 @@ pub(super) fn with_camera(
     Ok(ChosenImages { topic, camera })
 }
 
-/// Whether a topic's name says that its images are rectified: `image_rect`, `image_rect_color` (image_proc)
-/// and `rect/image` (ZED) do, `direct_camera/image_raw` does not.
+/// Whether a topic's name says that its images are rectified: `image_rect`, `image_rect_color` (ROS) and
+/// `rect/image` (ZED) do, `direct_camera/image_raw` does not.
 fn is_rectified(topic: &str) -> bool {
     topic.split(['/', '_']).any(|word| ["rect", "rectified"].contains(&word))
 }
