@@ -294,8 +294,7 @@ fn grid_record(floor: &FloorGrid, at: [f64; 3]) -> Result<GridRecord, Error> {
     };
     let beside = [nearest(x, origin[0], grid.width()), nearest(y, origin[1], grid.height())];
     let height = floor.floor_height(beside).unwrap_or(0.0);
-    let [x, y] = origin;
-    let corner = Pose::new([x, y, height], [0.0, 0.0, 0.0, 1.0])?;
+    let corner = Pose::new([origin[0], origin[1], height], [0.0, 0.0, 0.0, 1.0])?;
     let value = |cell: &CellState| match cell {
         CellState::Occupied => 100,
         CellState::Free => 0,

@@ -39,6 +39,17 @@ fn mapped(history: HistoryConfig) -> MapBuilder {
     builder
 }
 
+/// Whether something becomes so within ten seconds.
+fn is_so_soon(is_so: impl Fn() -> bool) -> bool {
+    (0..2000).inspect(|_| std::thread::sleep(Duration::from_millis(5))).any(|_| is_so())
+}
+
+/// Whether a folder soon has a builder's maps, which somebody saves at intervals.
+fn is_saved_soon(folder: &Path, builder: &MapBuilder) -> bool {
+    let revision = builder.map().revision();
+    is_so_soon(|| MultiLevelMap::load(folder).is_ok_and(|map| map.revision() == revision))
+}
+
 /// Changes a byte of a file; of a state's segment one within a part of a section.
 fn damage(path: &Path, at: usize) {
     let mut bytes = fs::read(path).unwrap();
@@ -182,11 +193,7 @@ fn maps_are_saved_while_they_are_built() {
     insert(&mut builder, 0..3);
     builder.settle();
     // The first save comes by itself.
-    let is_saved = |_: &u32| {
-        std::thread::sleep(Duration::from_millis(5));
-        MultiLevelMap::load(&folder).is_ok_and(|map| map.revision() == builder.map().revision())
-    };
-    assert!((0..2000).any(|step| is_saved(&step)));
+    assert!(is_saved_soon(&folder, &builder));
     insert(&mut builder, 3..6);
     builder.settle();
     drop(autosave);
@@ -206,10 +213,7 @@ fn a_save_that_fails_is_told_until_one_succeeds() {
     fs::remove_dir_all(&place).unwrap();
     insert(&mut builder, 0..3);
     builder.settle();
-    let comes = |is_failing: bool| {
-        let mut waits = (0..2000).inspect(|_| std::thread::sleep(Duration::from_millis(5)));
-        waits.any(|_| autosave.failure().is_some() == is_failing)
-    };
+    let comes = |is_failing: bool| is_so_soon(|| autosave.failure().is_some() == is_failing);
     assert!(comes(true));
     assert!(matches!(autosave.failure().as_deref(), Some(dymlm_io::Error::Io { .. })));
     fs::create_dir(&place).unwrap();
@@ -272,12 +276,7 @@ fn frames_without_a_trace_in_the_maps_are_saved_as_well() {
     let autosave = Autosave::start(builder.reader(), saver, Duration::from_millis(5)).unwrap();
     insert(&mut builder, 0..1);
     builder.settle();
-    let is_saved =
-        || MultiLevelMap::load(&folder).is_ok_and(|map| map.revision() == builder.map().revision());
-    assert!((0..2000).any(|_| {
-        std::thread::sleep(Duration::from_millis(5));
-        is_saved()
-    }));
+    assert!(is_saved_soon(&folder, &builder));
     insert(&mut builder, 1..4);
     builder.settle();
     autosave.finish().unwrap();

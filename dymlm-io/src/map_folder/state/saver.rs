@@ -126,16 +126,15 @@ impl MapFolderSaver {
     /// savers away, but nobody who removes the folder or puts a copy of another in its place. Then
     /// [`forget`](Self::forget) them.
     pub fn is_as_left(&self) -> bool {
+        if self.index.segments.is_empty() {
+            return true;
+        }
+        let Ok(index) = self.index.encode() else { return false };
         let is_there = |(&number, &bytes): (&u32, &u64)| {
             fs::metadata(self.target.join(segment_name(number))).is_ok_and(|found| found.len() == bytes)
         };
-        let StateIndex { segments, .. } = &self.index;
-        segments.is_empty()
-            || segments.iter().all(is_there)
-                && self
-                    .index
-                    .encode()
-                    .is_ok_and(|own| fs::read(self.target.join(INDEX)).is_ok_and(|it| it == own))
+        self.index.segments.iter().all(is_there)
+            && fs::read(self.target.join(INDEX)).is_ok_and(|found| found == index)
     }
 
     /// Forgets the saved parts: the next save must be given all parts, and keeps no others.
