@@ -61,6 +61,15 @@ pub(crate) struct LoggedSession {
     pub(crate) frames: Range<usize>,
     /// Places of its events, without the event that says that it began.
     pub(crate) events: Range<usize>,
+    /// How many of its last events say that a further session began in which nothing has happened yet.
+    pub(crate) begun_after: usize,
+}
+
+impl LoggedSession {
+    /// Number of events that happened in the session itself.
+    pub(crate) fn own_events(&self) -> usize {
+        self.events.len() - self.begun_after
+    }
 }
 
 impl Session {
@@ -93,8 +102,10 @@ impl SessionLog {
             let frames_end = next.map_or(self.frames.len(), |next| next.first.get() as usize);
             let end = next.map_or(self.events.len(), |next| begin(next).unwrap_or(start));
             let frames = session.first.get() as usize..frames_end;
+            let is_begin = |place: &usize| matches!(self.events.get(*place), Some(Event::SessionBegan { .. }));
+            let begun_after = (start..end).rev().take_while(is_begin).count();
             let &Session { start: began, content, .. } = session;
-            logged.push(LoggedSession { start: began, content, frames, events: start..end });
+            logged.push(LoggedSession { start: began, content, frames, events: start..end, begun_after });
             start = end + 1;
         }
         logged

@@ -125,10 +125,11 @@ impl MergedLog {
         }
         let shorter = 1 - session.side;
         let (Some(short), Some(long)) = (&session.places[shorter], session.logged()) else { return Ok(()) };
-        if short.events.len() > long.events.len() {
+        if short.own_events() > long.own_events() {
             return Err(differ());
         }
-        for (event, known) in sources[shorter].events(short).zip(self.log.events.iter_from(begin)) {
+        let events = sources[shorter].events(short).take(short.own_events());
+        for (event, known) in events.zip(self.log.events.iter_from(begin)) {
             let event = self.renamed(shorter, event)?;
             if !event.is_like(known) || !self.is_same_observation(&sources[shorter], &event, known)? {
                 return Err(differ());

@@ -123,6 +123,22 @@ fn merged_maps_are_those_of_one_builder_that_was_told_of_both_sessions() {
 }
 
 #[test]
+fn maps_that_were_resumed_in_vain_merge_with_those_that_went_on() {
+    let mut trunk = Session::starting(0, 100.0);
+    frames(5).iter().for_each(|step| trunk.take(step));
+    let before = trunk.builder.map().clone();
+    let resumed_in_vain = resumed(&resumed(&before, 0, &[]), 0, &[]);
+    frames(3).iter().for_each(|step| trunk.take(step));
+    let went_on = trunk.builder.map();
+    for maps in [[resumed_in_vain.clone(), went_on.clone()], [went_on.clone(), resumed_in_vain.clone()]] {
+        assert!(fingerprint(&merged(maps.to_vec(), &[0])) == fingerprint(went_on));
+    }
+    let pairs = [vec![before.clone(), resumed_in_vain.clone()], vec![resumed_in_vain, before]];
+    let [one, other] = pairs.map(|maps| merged(maps, &[0]));
+    assert!(fingerprint(&one) == fingerprint(&other));
+}
+
+#[test]
 fn what_comes_later_is_mapped_alone() {
     let [first, second] = [(0, 100.0), (6, 200.0)].map(|(next, time)| map(&(next, time, frames(6))));
     let mut merged = first.clone();
