@@ -62,21 +62,21 @@ impl Criterion {
         (is_near && self.patches_adjoin(detected, mapped, region, &[])).then_some(agreement)
     }
 
-    /// Those of `others` that stand between two planes: see [`Partition`].
+    /// Those of `others` that stand between two planes in a region: see [`Partition`].
     pub(crate) fn partitions<'a>(
         &self,
-        [a, b]: [&FinitePlane<'_>; 2],
+        planes: [&FinitePlane<'_>; 2],
+        region: &VoxelBox,
         others: impl Iterator<Item = FinitePlane<'a>>,
     ) -> Vec<Partition> {
-        let region = self.near(a).intersection(&self.near(b));
         let lengths = [self.max_offset(), f64::from(self.reach()) * self.voxel_size];
-        let of = |wall: FinitePlane<'a>| Partition::new(&wall, [a, b], &region, self.voxel_size, lengths);
+        let of = |wall: FinitePlane<'a>| Partition::new(&wall, planes, region, self.voxel_size, lengths);
         others.filter_map(of).collect()
     }
 
-    /// The region in which a plane may be joined with others across a gap.
-    pub(crate) fn near(&self, plane: &FinitePlane<'_>) -> VoxelBox {
-        plane.patch.bounds().grown((self.config.max_occluded_gap / self.voxel_size).ceil() as i32)
+    /// The region in which what lies in another may be joined with something across a gap.
+    pub(crate) fn near(&self, region: &VoxelBox) -> VoxelBox {
+        region.grown((self.config.max_occluded_gap / self.voxel_size).ceil() as i32)
     }
 
     /// Largest distance between patches that adjoin, voxels.

@@ -227,8 +227,11 @@ mod tests {
         let sides = [-HALF, HALF].map(|x| (x, rectangle([[x, 1.0, 0.0], [x, 2.95, known_height]])));
         let walls = sides.iter().map(|(x, patch)| finite(patch, 0, [*x, 2.0, 1.0]));
         let config = PlaneMapConfig::default();
-        let partitions = Criterion::new(&config.association, VOXEL).partitions([&a, &b], walls);
-        let region = a.patch.bounds().union(&b.patch.bounds());
+        let (criterion, bounds) =
+            (Criterion::new(&config.association, VOXEL), [&a, &b].map(|it| it.patch.bounds()));
+        let region = criterion.near(&bounds[0]).intersection(&criterion.near(&bounds[1]));
+        let partitions = criterion.partitions([&a, &b], &region, walls);
+        let region = bounds[0].union(&bounds[1]);
         let width = config.association.max_occluded_gap;
         let gap = Gap::between(&a, &b, VOXEL, width, &region, &partitions)?;
         let (camera, view) = (small_camera(), look_at([1.2, 0.5, 1.4], [0.0, 3.0, 1.4]));

@@ -38,6 +38,14 @@ impl GapTally {
             GapLook::Step(_) => &mut self.steps,
         }
     }
+
+    fn add(&mut self, other: &Self) {
+        self.occluded += other.occluded;
+        self.through += other.through;
+        self.joined += other.joined;
+        self.steps += other.steps;
+        self.heights += other.heights;
+    }
 }
 
 /// The height of the step that was seen, micrometres; 0 for what is none.
@@ -64,6 +72,18 @@ impl GapRecord {
             tally.heights = tally.heights.saturating_sub(height(*gap_look));
             if [tally.occluded, tally.through, tally.joined, tally.steps] == [0; 4] {
                 self.pairs.remove(pair);
+            }
+        }
+    }
+
+    /// Counts what was seen between a plane and others for the plane that it has become. O(all pairs).
+    pub(super) fn rename(&mut self, from: Birth, into: Birth) {
+        let renamed: Vec<PlanePair> =
+            self.pairs.keys().filter(|pair| pair.contains(&from)).copied().collect();
+        for pair in renamed {
+            let [a, b] = pair.map(|plane| if plane == from { into } else { plane });
+            if let Some(tally) = self.pairs.remove(&pair).filter(|_| a != b) {
+                self.pairs.entry(pair_of(a, b)).or_default().add(&tally);
             }
         }
     }

@@ -110,14 +110,12 @@ impl Looks {
 
     /// The looks of two planes that become one. Of these, `since` are what the looks at the two together have
     /// been since one that the older plane has had before the younger one was there, and `older` those at the
-    /// older plane alone.
-    pub(super) fn united(older: [Self; 2], since: Self) -> Self {
-        let [all, later] = older.map(|looks| looks.total());
-        let earlier = Tally {
-            looked: all.looked.saturating_sub(later.looked) + since.earlier.looked,
-            saw: all.saw.saturating_sub(later.saw) + since.earlier.saw,
-        };
-        Self { earlier, ..since }
+    /// older plane alone: all, and its since then, which may be a part of a long look.
+    pub(super) fn united([all, later]: [Self; 2], since: Self) -> Self {
+        let is_in_last_look = later.first == all.first && later.earlier == Tally::default();
+        // A part of a look may say more, or less, than the whole of it.
+        let before = if is_in_last_look { all.earlier } else { all.total().saturating_sub(later.total()) };
+        Self { earlier: before.plus(since.earlier), ..since }
     }
 
     fn total(&self) -> Tally {
@@ -125,11 +123,21 @@ impl Looks {
         // Divided last and rounded down, so that the sums do not depend on what else is summed.
         let enough = looked.min(ENOUGH) * UNIT;
         let saw = (enough * saw).checked_div(looked).unwrap_or(0);
-        Tally { looked: self.earlier.looked + enough, saw: self.earlier.saw + saw }
+        self.earlier.plus(Tally { looked: enough, saw })
     }
 }
 
 impl Tally {
+    fn plus(self, other: Self) -> Self {
+        Self { looked: self.looked + other.looked, saw: self.saw + other.saw }
+    }
+
+    /// What is left without the other, of which none was seen more often than it was looked at.
+    fn saturating_sub(self, other: Self) -> Self {
+        let looked = self.looked.saturating_sub(other.looked);
+        Self { looked, saw: self.saw.saturating_sub(other.saw).min(looked) }
+    }
+
     fn share(&self) -> f64 {
         if self.looked == 0 { 1.0 } else { self.saw as f64 / self.looked as f64 }
     }
@@ -176,5 +184,27 @@ mod tests {
         let (older, since) = (looks(&[(7, 7), (30, 10), (4, 0)]), looks(&[(0, 0), (30, 30), (9, 0)]));
         let later = looks(&[(0, 0), (30, 10), (4, 0)]);
         assert_eq!(Looks::united([older, later], since), looks(&[(7, 7), (30, 30), (9, 0)]));
+    }
+
+    #[test]
+    fn the_last_part_of_a_long_look_stands_for_all_of_it() {
+        // Of the last look, which has seen the older plane less and less, or of one before that.
+        let numbered = |first: u64, tallies: &[(u64, u64)]| {
+            let mut looks = Looks::default();
+            for (&(looked, saw), look) in tallies.iter().zip(first..) {
+                (0..looked).for_each(|frame| looks.count(FrameId::new(look), frame < saw));
+            }
+            looks
+        };
+        let (older, later, since) =
+            (looks(&[(7, 7), (400, 300)]), numbered(1, &[(200, 100)]), numbered(1, &[(200, 150)]));
+        assert_eq!(Looks::united([older, later], since), looks(&[(7, 7), (200, 150)]));
+        let (older, later, since) = (
+            looks(&[(400, 300), (30, 30)]),
+            numbered(0, &[(200, 100), (30, 30)]),
+            numbered(0, &[(200, 150), (30, 30)]),
+        );
+        let united = Looks::united([older, later], since);
+        assert_eq!(united.total(), since.total());
     }
 }

@@ -246,11 +246,13 @@ impl MapPlane {
         self.judged.get(&BlockKey::of(voxel.cell)).is_none_or(|judged| !judged.is_free(voxel))
     }
 
-    /// Whether there are inliers at a point of the plane, or within a voxel of it.
+    /// Whether there are inliers at a point of the plane, or within a voxel of it; at no point that is not
+    /// finite.
     pub fn holds(&self, point: [f64; 3]) -> bool {
         let voxel_size = self.shape.voxel_size;
         let beside = || VoxelBox::around([point, point], voxel_size).grown(1);
-        self.patch.is_near(point, voxel_size)
+        point.iter().all(|c| c.is_finite())
+            && self.patch.is_near(point, voxel_size)
             && (self.judged.is_empty() || self.patch.voxels_in(&beside()).any(|voxel| self.stands(voxel)))
     }
 

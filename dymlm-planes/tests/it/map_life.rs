@@ -358,6 +358,37 @@ fn no_inlier_is_near_nowhere_or_within_no_number() {
             assert_eq!(plane.nearest_inlier([near[0], odd, near[2]], reach), None);
         }
     }
+    // A floor through the origin, where a point that is no number would fall.
+    let floor = World::of(&[crate::common::level([0.0; 3], 2.0, 2.0)]);
+    let map = map_of(&vec![detect(&floor, crate::common::look_at([0.0, -1.0, 1.4], [0.0, 0.1, 0.0]), 1); 2]);
+    let plane = map.iter().next().unwrap();
+    assert!(plane.holds([0.0; 3]));
+    for odd in [f64::NAN, f64::INFINITY] {
+        assert!(!plane.holds([odd; 3]) && !plane.holds([0.0, odd, 0.0]));
+    }
+}
+
+/// Regression: key frames that had only missed planes were forgotten with what was far away, and what they had said
+/// with them.
+#[test]
+fn forgetting_what_is_far_keeps_what_speaks_against_planes_that_are_near() {
+    let (frames, mut map) = (detections(), empty_map());
+    for _ in 0..3 {
+        insert(&mut map, &frames[0]);
+    }
+    let (_, frame, pose) = &frames[0];
+    for _ in 0..57 {
+        map.insert(&[], frame, pose).unwrap();
+    }
+    let mut other = map.clone();
+    other.forget_outside([0.0; 3], 1e6);
+    for map in [&mut map, &mut other] {
+        let report = insert(map, &frames[0]);
+        map.remove(report.key_frame).unwrap();
+        map.remove(FrameId::new(10)).unwrap();
+    }
+    assert!(snapshot(&map) == snapshot(&other));
+    assert!(map.iter().eq(other.iter()) && map.candidates().next().is_some());
 }
 
 #[test]
@@ -604,6 +635,27 @@ mod saved_state {
             assert!(whole(&loaded) == whole(&map));
             assert!(saved_parts(|sink| map.save_state(Some(&map.clone()), sink)).is_empty());
         }
+    }
+
+    /// Regression: of a look of more than 200 key frames a merge asks the last ones. Where these had missed the older
+    /// plane more often than those before, its looks were counted below zero, and the map could not be loaded.
+    #[test]
+    fn planes_that_merge_after_a_long_rest_can_be_saved() {
+        let piece = |x: f64, half: f64| World::of(&[crate::common::upright([x, 1.5, 1.0], half, 0.6)]);
+        let view = crate::common::look_at([0.0, 0.0, 1.0], [0.0, 1.5, 1.0]);
+        let [left, right, both] = [(-0.4, 0.2), (0.4, 0.2), (0.0, 0.6)].map(|(x, half)| piece(x, half));
+        let [left, right, both] = [left, right, both].map(|world| detect(&world, view, 3));
+        let mut map = empty_map();
+        for _ in 0..300 {
+            insert(&mut map, &left);
+        }
+        // The whole wall is read, but only its right part is found: the left one is missed.
+        for _ in 0..100 {
+            map.insert(&right.0, &both.1, &view).unwrap();
+        }
+        assert_eq!(insert(&mut map, &both).merged.len(), 1);
+        let loaded = load(whole(&map)).unwrap();
+        assert_eq!(seen(&loaded), seen(&map));
     }
 
     #[test]

@@ -67,18 +67,21 @@ impl PlaneMap {
         if mapped.patch.is_near(detected.centroid, self.config.voxel_size) {
             return true;
         }
-        let partitions = self.partitions([detected, mapped], |wall| wall.is_confirmed);
+        let partitions = self.partitions([detected, mapped], region, |wall| wall.is_confirmed);
         partitions.is_empty() || self.criterion.patches_adjoin(detected, mapped, region, &partitions)
     }
 
-    /// The planes that stand between two others, among those for which `may_part` holds.
+    /// The planes that stand between two others in or near a region, among those for which `may_part` holds.
     pub(super) fn partitions(
         &self,
         planes: [&FinitePlane<'_>; 2],
+        region: &VoxelBox,
         may_part: impl Fn(&MapPlane) -> bool,
     ) -> Vec<Partition> {
-        let [a, b] = planes.map(|plane| self.criterion.near(plane));
-        let near = self.near(a.intersection(&b)).filter(|wall| may_part(wall));
-        self.criterion.partitions(planes, near.map(MapPlane::finite))
+        let [a, b] = planes.map(|plane| self.criterion.near(&plane.patch.bounds()));
+        // Two ceilings of a building may be near each other along a whole corridor.
+        let region = a.intersection(&b).intersection(&self.criterion.near(region));
+        let near = self.near(region).filter(|wall| may_part(wall));
+        self.criterion.partitions(planes, &region, near.map(MapPlane::finite))
     }
 }

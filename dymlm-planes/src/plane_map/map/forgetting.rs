@@ -34,7 +34,10 @@ impl PlaneMap {
             let lengths = |of: &KeyFrame| [of.missed.len(), of.gap_looks.len(), of.merges.len()];
             (lengths(&key_frame) != lengths(before)).then_some(key_frame)
         });
-        let is_empty = |frame: &KeyFrame| frame.shares.is_empty() && frame.merges.is_empty();
+        // One that has only missed planes, or seen gaps, speaks of planes that are there.
+        let is_empty = |of: &KeyFrame| {
+            of.shares.is_empty() && of.missed.is_empty() && of.gap_looks.is_empty() && of.merges.is_empty()
+        };
         self.key_frames.retain(|key_frame| !is_empty(key_frame));
         self.merged.retain(is_there);
         self.merged_ids.retain(|id| self.names.birth(id).is_some_and(is_there));

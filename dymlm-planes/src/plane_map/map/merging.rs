@@ -129,7 +129,7 @@ impl PlaneMap {
             voxel_size,
             width,
             region,
-            &self.partitions([&from, &into], |wall| !wall.is_gone),
+            &self.partitions([&from, &into], region, |wall| !wall.is_gone),
         )
     }
 
@@ -238,7 +238,8 @@ impl PlaneMap {
         self.gaps = gaps;
     }
 
-    /// Merges a plane into another. O(key frames since the younger was first seen, and what they saw).
+    /// Merges a plane into another. O(key frames since the younger was first seen, and what they saw, and all
+    /// pairs of planes that were seen with a gap between them).
     fn absorb(&mut self, merge: Union) {
         let Union { from, into } = merge;
         let mut gaps = std::mem::take(&mut self.gaps);
@@ -266,11 +267,15 @@ impl PlaneMap {
         let of_from = |key_frame: &Arc<KeyFrame>| {
             key_frame.gap_looks.iter().any(|(pair, _)| pair.iter().any(|&birth| resolve_now(birth) == from))
         };
-        let first = self.first_saw(from);
-        for key_frame in self.key_frames.range(first..).map(|(_, key_frame)| key_frame).filter(of_from) {
+        // A key frame that looked between both planes and a third counts once for what they become; those
+        // before knew one of them only.
+        let mut of_both = Vec::new();
+        for key_frame in self.key_frames_since(from, into).map(|(_, key_frame)| key_frame).filter(of_from) {
             gaps.subtract(&self.looks_of(&key_frame, resolve_now));
-            gaps.add(&self.looks_of(&key_frame, resolve_then));
+            of_both.push(self.looks_of(&key_frame, resolve_then));
         }
+        gaps.rename(from, into);
+        of_both.iter().for_each(|looks| gaps.add(looks));
         self.gaps = gaps;
         self.merged.insert(from, into);
         self.merged_ids.insert(self.names.id(from), self.names.id(into));

@@ -232,7 +232,7 @@ impl Head {
             follows
         };
         self.key_frames.iter().all(ascends)
-            && self.key_frames.last().is_none_or(|(first, count)| first + count <= self.next_key_frame)
+            && self.key_frames.last().is_none_or(|_| end <= self.next_key_frame)
             && self.planes.is_sorted_by(|a, b| a < b)
             && self.planes.iter().all(|&plane| self.names.birth(self.names.id(plane)) == Some(plane))
             && self.planes.last().is_none_or(|last| last.get() < self.names.births())
