@@ -248,9 +248,8 @@ impl ObjectMapper {
             }
         }
         for (birth, neighbour) in pairs.into_iter().flat_map(|(a, b)| [(a, b), (b, a)]) {
-            let object = self.map.place(birth).and_then(|place| self.map.objects.get_mut(place));
-            if let Some(object) = object {
-                Arc::make_mut(object).seen_apart.note(neighbour);
+            if let Some(object) = self.map.born_mut(birth) {
+                object.seen_apart.note(neighbour);
             }
         }
         self.observed = observed;
@@ -571,11 +570,10 @@ impl ObjectMapper {
     fn merge_duplicates(&mut self, planes: &dyn SupportingPlanes) {
         for _ in 0..MAX_MERGES {
             let Some([kept, removed]) = self.find_duplicates() else { return };
-            let Some(removed) = self.map.remove(removed) else { return };
+            let Some(removed) = self.map.take(removed) else { return };
             for neighbour in removed.seen_apart.neighbours().filter(|&neighbour| neighbour != kept) {
-                let place = self.map.place(neighbour);
-                if let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) {
-                    Arc::make_mut(object).seen_apart.rename(removed.birth, kept);
+                if let Some(neighbour) = self.map.born_mut(neighbour) {
+                    neighbour.seen_apart.rename(removed.birth, kept);
                 }
             }
             let place = self.map.place(kept);

@@ -12,7 +12,7 @@ pub(super) const MANIFEST: &str = "manifest.json";
 const FORMAT: &str = "dymlm map";
 
 /// The format version that is written, and the only one that is read.
-const VERSION: u32 = 13;
+const VERSION: u32 = 14;
 
 /// `manifest.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -88,12 +88,29 @@ impl ObjectMap {
         self.place(birth).and_then(|place| self.objects.get(place)).map(Arc::as_ref)
     }
 
+    /// The same, to change it; clones of the map keep it as it is.
+    pub(crate) fn born_mut(&mut self, birth: Birth) -> Option<&mut MapObject> {
+        let place = self.place(birth)?;
+        self.objects.get_mut(place).map(Arc::make_mut)
+    }
+
     pub(crate) fn place(&self, birth: Birth) -> Option<usize> {
         self.objects.binary_search_by_key(&birth, |object| object.birth).ok()
     }
 
-    /// Removes an object and returns it.
+    /// Removes an object and returns it. Others forget that they were seen beside it.
     pub(crate) fn remove(&mut self, birth: Birth) -> Option<Arc<MapObject>> {
+        let removed = self.take(birth)?;
+        for neighbour in removed.seen_apart.neighbours() {
+            if let Some(neighbour) = self.born_mut(neighbour) {
+                neighbour.seen_apart.forget(birth);
+            }
+        }
+        Some(removed)
+    }
+
+    /// Takes an object that is merged into another out of the map.
+    pub(crate) fn take(&mut self, birth: Birth) -> Option<Arc<MapObject>> {
         let place = self.place(birth)?;
         self.index.remove(birth);
         self.names.forget(birth);

@@ -40,6 +40,8 @@ pub struct MapObject {
     pub(crate) first_seen: f64,
     pub(crate) last_seen: f64,
     pub(crate) supports: Vec<SupportVotes>,
+    /// Sum of the weights of the observations that could vote for them.
+    pub(crate) voters: u32,
     /// Nearly all of its memory: clones share the cloud until a point is added.
     pub(crate) cloud: Arc<ObjectCloud>,
     pub(crate) centroids: CentroidCloud,
@@ -104,6 +106,7 @@ impl MapObject {
             self.flat_observations,
             self.frames_in_view,
             self.looked_through,
+            self.voters,
             self.weight,
             self.parameterized_at,
             self.refusals,
@@ -216,7 +219,7 @@ impl MapObject {
     pub fn support(&self) -> Option<SupportPlane> {
         let most =
             self.supports.iter().reduce(|most, next| if next.votes > most.votes { next } else { most })?;
-        (f64::from(most.votes) >= SUPPORT_SHARE * f64::from(self.weight)).then_some(most.support)
+        (f64::from(most.votes) >= SUPPORT_SHARE * f64::from(self.voters)).then_some(most.support)
     }
 
     /// The centroids of its observations.
@@ -277,6 +280,7 @@ impl MapObject {
             first_seen: timestamp,
             last_seen: timestamp,
             supports: Vec::new(),
+            voters: 0,
             cloud: Arc::new(ObjectCloud::new(observation.centroid, limits.voxel_size)),
             centroids: CentroidCloud::default(),
             key_views: KeyViews::default(),
@@ -331,6 +335,7 @@ impl MapObject {
         self.motion.observe(view.frame.timestamp(), observation.bounding_box);
         self.sighted_points.add(&observation.sighted_points);
         self.observations = counted(self.observations, 1);
+        self.voters = counted(self.voters, weight);
         self.weight = counted(self.weight, weight);
         self.frames_in_view = counted(self.frames_in_view, 1);
         self.last_seen = view.frame.timestamp();
@@ -396,6 +401,7 @@ impl MapObject {
         other.supports.iter().for_each(|votes| self.vote(*votes));
         self.sighted_points.merge(&other.sighted_points, other.last_seen > self.last_seen);
         self.observations = counted(self.observations, other.observations);
+        self.voters = counted(self.voters, other.voters);
         self.weight = counted(self.weight, other.weight);
         self.flat_observations = counted(self.flat_observations, other.flat_observations);
         self.frames_in_view = self.frames_in_view.max(other.frames_in_view).max(self.observations);

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use dymlm_core::Pose;
 
-use super::{BoxMotion, CentroidCloud, MapObject, ViewWeight};
+use super::{BoxMotion, CentroidCloud, FULL, MapObject, ViewWeight};
 
 impl MapObject {
     /// Moves the object: its box, its points, and its views, as if they had been taken of it at the new
@@ -15,14 +15,20 @@ impl MapObject {
         self.key_views.move_by(new_from_old);
         self.sightings.clear();
         self.supports.clear();
+        self.voters = 0;
         self.motion = BoxMotion::default();
         self.sighted_points.clear();
         self.looked_through = 0;
     }
 
     /// Forgets what was seen of where it stood before somebody pushed it along. Frames have found it at its new
-    /// place already; its views there count anew.
+    /// place already; its views there count anew. What it stood on counts as one view does: mostly it is still that,
+    /// and if it is something else, the next views say so.
     pub(crate) fn forget_old_place(&mut self) {
+        let share = f64::from(FULL) / f64::from(self.voters.max(FULL));
+        let shared = |votes: u32| (share * f64::from(votes)).ceil() as u32;
+        self.supports.iter_mut().for_each(|support| support.votes = shared(support.votes));
+        self.voters = shared(self.voters);
         self.centroids = CentroidCloud::default();
         self.sightings.clear();
         self.sighted_points.clear();

@@ -52,6 +52,11 @@ impl SeenApart {
         self.add(into, frames);
     }
 
+    /// Forgets a neighbour, which is no longer in the map.
+    pub(crate) fn forget(&mut self, neighbour: Birth) {
+        self.frames.retain(|(birth, _)| *birth != neighbour);
+    }
+
     /// Bytes that the list owns.
     pub(crate) fn memory_bytes(&self) -> usize {
         self.frames.capacity() * size_of::<(Birth, u32)>()

@@ -548,6 +548,57 @@ fn three_cups() -> (Scene, ObjectMapper, [(usize, &'static str); 3]) {
     (scene, mapper, cups)
 }
 
+/// Regression: an object remembered each neighbour that it had ever been seen beside.
+#[test]
+fn neighbours_that_are_gone_take_no_memory() {
+    let cup = |x: f64| upright([x, 0.1, 0.05], 0.0, [0.09, 0.09, 0.1]);
+    let (scene, pose) = (Scene::new([0.0, 0.095].map(cup).to_vec()), pose(1));
+    let cups = [0, 1].map(|index| scene.detection(&pose, index, "cup"));
+    // With one neighbour for all the time, or with another one each time.
+    let [one, many] = [false, true].map(|is_replaced| {
+        let mut mapper = mapper();
+        for round in 0..40 {
+            let frame = scene.frame(0.1 * f64::from(round), &pose);
+            mapper.insert(&ObjectView::new(&frame, &cups, &pose), &planes).unwrap();
+            let neighbour = in_order(&mapper).nth(1).unwrap().id();
+            if is_replaced && round < 39 {
+                let everywhere = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+                mapper.remove_where(everywhere, |object| object.id() == neighbour);
+            }
+        }
+        in_order(&mapper).map(MapObject::memory_bytes).next().unwrap()
+    });
+    assert_eq!(one, many);
+}
+
+/// Regression: what an object had stood on for long was its support for nearly as long again wherever it stood then.
+#[test]
+fn what_is_put_down_elsewhere_soon_stands_on_what_is_there() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    for time in 0..100 {
+        let pose = pose(time % 10);
+        let detections = [0, 1, 2].map(|index| scene.detection(&pose, index, LABELS[index]));
+        let frame = scene.frame(0.1 * time as f64, &pose);
+        mapper.insert(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap();
+    }
+    let cup = in_order(&mapper).nth(1).unwrap();
+    let cup = cup.id();
+    let support = |mapper: &ObjectMapper| mapper.map().object(cup).unwrap().support();
+    assert_eq!(support(&mapper).and_then(|support| support.id), Some(TABLE));
+    mapper.move_object(cup, &Pose::new([0.02, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()).unwrap();
+    assert_eq!(support(&mapper), None);
+    let other = |_: [f64; 3], _: f64, found: &mut Vec<SupportPlane>| {
+        found.push(SupportPlane::new(PlaneId::new(20), Plane::new([0.0, 0.0, 1.0], 0.0).unwrap()));
+    };
+    for step in 0..3 {
+        let pose = pose(step);
+        let frame = scene.frame(20.0 + 0.1 * step as f64, &pose);
+        let cup = scene.detection(&pose, 1, "cup");
+        mapper.insert(&ObjectView::new(&frame, &[cup], &pose), &other).unwrap();
+    }
+    assert_eq!(support(&mapper).and_then(|support| support.id), Some(PlaneId::new(20)));
+}
+
 /// What is put down where a carried thing stood is another thing, unless that thing is back.
 #[test]
 fn what_is_carried_is_one_with_nothing_that_stands_in_its_old_place() {
