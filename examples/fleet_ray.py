@@ -74,11 +74,19 @@ def map_recording(source, folder, watch=lambda share: None):
     start = clocks()
     frames = opened(source)
     builder = dymlm.MapBuilder(frames.camera, dymlm.Config(history="memory"))
+    skipped = 0
     for number, frame in enumerate(frames):
         watch(number / len(frames))
-        builder.insert_frame(frame)
+        try:
+            builder.insert_frame(frame)
+        except dymlm.Error as error:
+            # As when a frame cannot be read: one frame is not worth all that the others have seen.
+            print(f"warning: {source}: frame {number} skipped: {error}", file=sys.stderr)
+            skipped += 1
+    if skipped == len(frames):
+        raise RuntimeError(f"{source}: no frame could be mapped")
     builder.finish().save(folder)
-    return spent(start) | {"frames": len(frames)}
+    return spent(start) | {"frames": len(frames) - skipped, "skipped": skipped}
 
 
 def join(first, second, folder):
@@ -289,6 +297,7 @@ def main():
         "recordings": len(sources),
         "workers": 0 if given.in_sequence else given.workers,
         "frames": sum(one["frames"] for one in mapped),
+        "frames_skipped": sum(one["skipped"] for one in mapped),
         "seconds": round(total, 2),
         "seconds_of_maps": [round(one["seconds"], 2) for one in mapped],
         "seconds_of_joins": [round(one["seconds"], 2) for one in joins],

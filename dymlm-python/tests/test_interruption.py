@@ -48,6 +48,16 @@ def test_an_interrupted_correction_changes_nothing(frames):
     assert not same(builder.map(), before)
 
 
+def test_an_interrupted_wait_ends(frames):
+    reader = inserted(frames).reader()
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        reader.wait_newer(reader.latest(), 5.0)
+    assert time.monotonic() - start < 2.0
+    assert reader.wait_newer(reader.latest(), 0.15) is None
+
+
 def test_ctrl_c_ends_a_program(tmp_path):
     """A program that maps endlessly stops at SIGINT within a frame's time, saves its map, and exits with its own code."""
     program = textwrap.dedent("""

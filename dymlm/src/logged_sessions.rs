@@ -102,7 +102,8 @@ impl SessionLog {
             let frames_end = next.map_or(self.frames.len(), |next| next.first.get() as usize);
             let end = next.map_or(self.events.len(), |next| begin(next).unwrap_or(start));
             let frames = session.first.get() as usize..frames_end;
-            let is_begin = |place: &usize| matches!(self.events.get(*place), Some(Event::SessionBegan { .. }));
+            let is_begin =
+                |place: &usize| matches!(self.events.get(*place), Some(Event::SessionBegan { .. }));
             let begun_after = (start..end).rev().take_while(is_begin).count();
             let &Session { start: began, content, .. } = session;
             logged.push(LoggedSession { start: began, content, frames, events: start..end, begun_after });

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
+use dymlm::files::MapSaver;
 use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
 use dymlm_examples::{AnyError, Failure, read_pose, up_of_map};
 
@@ -147,6 +148,8 @@ fn merge(folders: &[PathBuf], out: &Path, poses: Option<&Path>) -> Result<(), An
     if poses.len() != folders.len() {
         return Err(format!("{} poses for {} maps", poses.len(), folders.len()).into());
     }
+    // First, so that a folder that cannot be written is noticed before the merge.
+    let mut saver = MapSaver::create(out)?;
     let load =
         |folder: &Path| MultiLevelMap::load(folder).map_err(|error| format!("{}: {error}", folder.display()));
     let (first, others) = folders.split_first().ok_or("no maps")?;
@@ -167,7 +170,7 @@ fn merge(folders: &[PathBuf], out: &Path, poses: Option<&Path>) -> Result<(), An
             sessions.len()
         );
     }
-    merged.save(out)?;
+    saver.save(&merged)?;
     Ok(())
 }
 

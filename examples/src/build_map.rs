@@ -1,7 +1,7 @@
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Parser;
@@ -110,38 +110,56 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let mut detector = detector_of(&arguments, open_detector)?;
     let corrections = arguments.corrections.as_ref().map(Trajectory::read).transpose()?;
     // The output folder is created first, so that an unwritable one is noticed before the run.
-    let (mut builder, saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
+    let (mut builder, mut saver) = make_builder(&arguments, corrections.is_some() || arguments.refine)?;
     let mut source = open_source(&arguments)?;
+    if let Some(poses) = &corrections {
+        check_corrections(poses, &source)?;
+    }
     let world_from_session = arguments.world_from_session.unwrap_or_default();
     let given_poses = (0..source.len()).filter_map(|index| source.pose(index));
-    let up = mean_up(given_poses.map(|pose| world_from_session * pose));
+    let up_of_images = mean_up(given_poses.map(|pose| world_from_session * pose));
+    if arguments.mcap.as_ref().is_some_and(|session| lies_in(session, &arguments.out)) {
+        // A folder that holds other files becomes no map; but a map may hold other files.
+        saver.save(builder.map())?;
+    }
     let interval = Duration::from_secs_f64(arguments.autosave);
-    let autosave = Autosave::start(builder.reader(), saver, interval)?;
+    let mut autosave = WatchedAutosave::new(Autosave::start(builder.reader(), saver, interval)?);
 
     let mut observers = RunObservers {
         report: arguments.report.then(|| RunRecorder::start(&builder, source.len())),
-        session: arguments.mcap.as_ref().map(|path| SessionFile::create(path, up)).transpose()?,
+        session: arguments.mcap.as_ref().map(|path| SessionFile::create(path, up_of_images)).transpose()?,
     };
     let detector = detector.as_deref_mut();
-    let Insertion { reports, indices, tried, detection } =
-        insert_all(&mut builder, &mut source, detector, &world_from_session, &mut observers);
+    let interrupted = interruption("maps");
+    let Insertion { reports, indices, tried, detection } = insert_all(
+        &mut builder,
+        &mut source,
+        detector,
+        &world_from_session,
+        &mut observers,
+        &mut autosave,
+        &interrupted,
+    );
     if reports.is_empty() {
         return Err("no frame could be mapped".into());
     }
     builder.settle();
     let first = reports[0].id;
-    let corrected = corrections.map(|poses| correct(&mut builder, &poses, first, &world_from_session));
-    let corrected = corrected.transpose()?;
+    let corrected =
+        corrections.map(|poses| correct(&mut builder, &poses, first, &world_from_session, &interrupted));
+    let corrected = corrected.transpose()?.flatten();
     let refined = if arguments.refine { Some(refine(&mut builder)?) } else { None };
-    if let Some(session) = observers.session {
-        session.finish(builder.map())?;
+    if let Some(session) = observers.session
+        && let Err(error) = session.finish(builder.map())
+    {
+        print_warning(&format!("the session file is not complete: {error}"));
     }
 
     let cloud = builder.map().cloud().point_cloud(Selection::Static);
     let mut report = RunReport::new(source.len(), tried, &reports, &builder);
     (report.corrections, report.refinement) = (corrected, refined);
     report.stages.extend(detection.map(|time| ("detector", time)));
-    let up = up_of_planes(builder.map().planes(), up);
+    let up = up_of_planes(builder.map().planes(), builder.map().up().unwrap_or(up_of_images));
     let voxel_size = builder.config().cloud.voxel_size;
     let mut pictures = cloud_pictures(&cloud, up, voxel_size);
     pictures.extend(octree_pictures(builder.map().octree(), up));
@@ -170,7 +188,7 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
         })
     });
     let page = page.transpose()?;
-    autosave.finish()?.save_with(builder.map(), |folder| {
+    autosave.saving.finish()?.save_with(builder.map(), |folder| {
         if let Some(page) = &page {
             folder.file("report.html", |out| page.write(out))?;
         }
@@ -186,6 +204,16 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
 
     print_summary(&report, &arguments);
     Ok(())
+}
+
+/// Refuses corrections none of whose poses concerns a frame, before hours of mapping.
+fn check_corrections(poses: &Trajectory, source: &FrameSource) -> Result<(), AnyError> {
+    let mut times = (0..source.len()).filter_map(|index| source.timestamp(index));
+    if times.any(|time| poses.pose_at(time, LONGEST_GAP).is_ok()) {
+        Ok(())
+    } else {
+        Err("no frame lies within the times of the corrections".into())
+    }
 }
 
 /// Refuses a session file that is one of the files that are read: writing would empty it before, or while,
@@ -247,6 +275,14 @@ fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder
         config.history = HistoryConfig::Memory;
     }
     Ok((MapBuilder::new(config)?, MapSaver::create(&arguments.out)?))
+}
+
+/// Whether a file lies in a folder or in one of its folders; neither need be there yet.
+fn lies_in(file: &Path, folder: &Path) -> bool {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    file.ancestors()
+        .skip(1)
+        .any(|ancestor| !ancestor.as_os_str().is_empty() && real(ancestor) == real(folder))
 }
 
 /// Whether two paths lead to one file or folder.
@@ -327,6 +363,29 @@ fn read_topic(text: &str) -> Result<(String, String), String> {
     Ok((what.to_owned(), name.to_owned()))
 }
 
+/// Saving of the maps while they are built, which tells once when it begins to fail.
+struct WatchedAutosave {
+    saving: Autosave,
+    has_failed: bool,
+}
+
+impl WatchedAutosave {
+    fn new(saving: Autosave) -> Self {
+        Self { saving, has_failed: false }
+    }
+
+    /// Warns if the last save is the first that has failed.
+    fn watch(&mut self, warn: impl Fn(String)) {
+        let failure = self.saving.failure();
+        if let Some(error) = failure.as_ref().filter(|_| !self.has_failed) {
+            warn(format!(
+                "the maps could not be saved; another save is tried after the next interval: {error}"
+            ));
+        }
+        self.has_failed = failure.is_some();
+    }
+}
+
 /// What came of the frames of a recording.
 struct Insertion {
     /// The reports of the frames that were taken in.
@@ -347,8 +406,9 @@ fn insert_all(
     mut detector: Option<&mut (dyn FrameDetector + 'static)>,
     world_from_session: &Pose,
     observers: &mut RunObservers,
+    autosave: &mut WatchedAutosave,
+    interrupted: &AtomicBool,
 ) -> Insertion {
-    let interrupted = interruption("maps");
     let bar = progress_bar(source.len(), "mapping");
     let warn = |text: String| bar.suspend(|| print_warning(&text));
     source.faults().into_iter().for_each(&warn);
@@ -376,6 +436,7 @@ fn insert_all(
             }
             Err(error) => warn(format!("frame {index} skipped: {error}")),
         }
+        autosave.watch(warn);
         tried += 1;
         bar.inc(1);
     }
@@ -399,28 +460,41 @@ fn load(
     Ok(next)
 }
 
-/// Corrects the maps to the poses of a back end; frames without a new pose move with their neighbours.
+/// Corrects the maps to the poses of a back end; frames without a new pose move with their neighbours. `None` when
+/// the user interrupts it: then the maps stay as they were.
 fn correct(
     builder: &mut MapBuilder,
     poses: &Trajectory,
     first: FrameId,
     world_from_session: &Pose,
-) -> Result<CorrectionCost, AnyError> {
+    interrupted: &AtomicBool,
+) -> Result<Option<CorrectionCost>, AnyError> {
     let new_pose = |(id, time, _)| Some((id, *world_from_session * poses.pose_at(time, LONGEST_GAP).ok()?));
     let given: Vec<_> = builder.trajectory().filter(|(id, ..)| *id >= first).filter_map(new_pose).collect();
     if given.is_empty() {
-        return Err("no frame lies within the times of the corrections".into());
+        print_warning("no frame that was mapped lies within the times of the corrections");
+        return Ok(None);
     }
     let bar = progress_bar(0, "correcting");
+    // Interrupted before, it is a recording whose first part is wanted whole.
+    let was_interrupted = interrupted.load(Ordering::Relaxed);
     let (report, cost) = timed(|| {
         builder.correct_poses_watched(&given, &mut |progress| {
             bar.set_length(progress.total as u64);
             bar.set_position(progress.done as u64);
-            true
+            was_interrupted || !interrupted.load(Ordering::Relaxed)
         })
     });
     bar.finish();
-    Ok(CorrectionCost { key_frames: report?.moved_key_frames, ..cost })
+    match report {
+        Err(dymlm::Error::Cancelled) => {
+            print_warning(
+                "the correction was interrupted: the maps have the poses that they were built with",
+            );
+            Ok(None)
+        }
+        report => Ok(Some(CorrectionCost { key_frames: report?.moved_key_frames, ..cost })),
+    }
 }
 
 fn refine(builder: &mut MapBuilder) -> Result<CorrectionCost, AnyError> {

@@ -92,9 +92,8 @@ fn in_order(one: &Candidate, other: &Candidate) -> Ordering {
 
 /// One session, of one log or of both.
 fn united(candidates: &[Candidate]) -> UnitedSession {
-    let length = |Candidate { logged, .. }: &Candidate| {
-        (logged.frames.len(), logged.own_events(), logged.begun_after)
-    };
+    let length =
+        |Candidate { logged, .. }: &Candidate| (logged.frames.len(), logged.own_events(), logged.begun_after);
     let longest = candidates.iter().max_by_key(|candidate| length(candidate));
     let mut united = UnitedSession { side: longest.map_or(0, |longest| longest.side), places: [None, None] };
     for candidate in candidates {

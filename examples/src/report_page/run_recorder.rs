@@ -8,6 +8,8 @@ use super::things::{PageObject, millimetres, page_object};
 
 /// Approximate number of memory samples in a run.
 const SAMPLES: usize = 200;
+/// Most positions of a mover's path: more would not be seen on the page.
+const MOST_POSITIONS: usize = 1000;
 
 /// Records what the final maps do not contain any more: the memory over time, objects that were in the maps
 /// and are gone, and the paths of movers.
@@ -31,8 +33,27 @@ pub struct RunRecorder {
 pub(super) struct MoverWay {
     track: u64,
     label: Option<String>,
-    /// World, metres.
+    /// World, metres: of each so many frames that saw it.
     positions: Vec<[f64; 3]>,
+    #[serde(skip)]
+    frames_a_position: usize,
+    #[serde(skip)]
+    frames: usize,
+}
+
+impl MoverWay {
+    /// Adds where a frame has seen it. When there are too many positions, each second one stays.
+    fn add(&mut self, place: [f64; 3]) {
+        if self.frames.is_multiple_of(self.frames_a_position) {
+            self.positions.push(place);
+        }
+        self.frames += 1;
+        if self.positions.len() > MOST_POSITIONS {
+            let mut is_kept = [true, false].into_iter().cycle();
+            self.positions.retain(|_| is_kept.next() == Some(true));
+            self.frames_a_position *= 2;
+        }
+    }
 }
 
 impl RunRecorder {
@@ -123,8 +144,27 @@ impl RunRecorder {
                 track,
                 label: mover.label.as_deref().map(str::to_owned),
                 positions: Vec::new(),
+                frames_a_position: 1,
+                frames: 0,
             });
-            way.positions.push(millimetres(place));
+            way.add(millimetres(place));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_path_is_spread_over_all_of_it() {
+        let mut way =
+            MoverWay { track: 0, label: None, positions: Vec::new(), frames_a_position: 1, frames: 0 };
+        for frame in 0..10_000 {
+            way.add([f64::from(frame), 0.0, 0.0]);
+        }
+        assert!((MOST_POSITIONS / 2..=MOST_POSITIONS).contains(&way.positions.len()));
+        assert!(way.positions.windows(2).all(|pair| (pair[1][0] - pair[0][0] - 16.0).abs() < 1e-9));
+        assert!(way.positions[0][0] < 1.0 && way.positions.last().is_some_and(|last| last[0] > 9980.0));
     }
 }

@@ -323,6 +323,56 @@ fn a_session_is_recorded_and_can_be_mapped_again() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("session.mcap"));
 }
 
+/// Regression: the session's file made of an empty folder one that could not become a map, and all was lost.
+#[test]
+fn a_session_in_the_folder_of_the_map_stays_beside_it() {
+    let (_parent, dataset, out) = paths();
+    for is_made in [true, false] {
+        if is_made {
+            fs::create_dir(&out).unwrap();
+        }
+        let session = out.join("session.mcap");
+        let [dataset, out_name, session_name] = [&dataset, &out, &session].map(|path| path.to_str().unwrap());
+        let arguments = ["--dataset", dataset, "--out", out_name, "--mcap", session_name];
+        let Some(run) = build_map(&arguments) else { return };
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        assert!(MultiLevelMap::load(&out).unwrap().cloud().frames() > 0);
+        assert!(!McapRecording::open(&session, &McapOptions::default()).unwrap().frames().is_empty());
+        fs::remove_dir_all(&out).unwrap();
+    }
+}
+
+#[test]
+fn corrections_of_another_time_are_refused_before_anything_is_mapped() {
+    let (parent, dataset, out) = paths();
+    let later = |index: usize| StampedPose {
+        timestamp: 1e9 + index as f64 * 0.1,
+        world_from_camera: Pose::identity(),
+    };
+    let poses = parent.path().join("corrections.txt");
+    Trajectory::new((0..FRAMES).map(later).collect()).unwrap().write(&poses).unwrap();
+    let [dataset, out_name, poses] = [&dataset, &out, &poses].map(|path| path.to_str().unwrap());
+    let arguments = ["--dataset", dataset, "--out", out_name, "--corrections", poses];
+    let Some(run) = build_map(&arguments) else { return };
+    let error = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success() && error.contains("times of the corrections"), "{error}");
+    assert!(!out.exists());
+}
+
+/// Regression: up was what is above in the images on average, whatever the config said or the maps had learnt.
+#[test]
+fn up_is_what_the_maps_know() {
+    let (parent, dataset, out) = paths();
+    let config = parent.path().join("up.toml");
+    fs::write(&config, "[objects.parameterization]\nup = [1.0, 0.0, 0.0]\n").unwrap();
+    let [dataset, out_name, config] = [&dataset, &out, &config].map(|path| path.to_str().unwrap());
+    let arguments = ["--dataset", dataset, "--out", out_name, "--config", config, "--report"];
+    let Some(run) = build_map(&arguments) else { return };
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let data = page_data(&fs::read_to_string(out.join("report.html")).unwrap());
+    assert_eq!(data["up"], serde_json::json!([1.0, 0.0, 0.0]));
+}
+
 #[test]
 fn poses_are_refined_before_the_map_is_written() {
     let (_parent, _, out) = paths();

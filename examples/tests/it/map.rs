@@ -53,6 +53,12 @@ fn maps_of_two_sessions_become_one() {
     let said = String::from_utf8(refused.stderr).unwrap();
     assert!(!refused.status.success() && said.contains("cloud.voxel_size is 0.01 and 0.02"), "{said}");
     assert!(!Path::new(&path("none")).exists());
+    // What cannot take the result is refused before anything is loaded.
+    std::fs::create_dir(path("taken")).unwrap();
+    std::fs::write(path("taken/notes.txt"), "").unwrap();
+    let refused = map(&["merge", &one, &path("none"), "--out", &path("taken")]).unwrap();
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && said.contains("taken") && !said.contains("none"), "{said}");
     std::fs::write(&poses, "0 0 0 0 0 0 1\n").unwrap();
     let refused = map(&["merge", &one, &other, "--out", &out, "--poses", &poses]).unwrap();
     assert!(String::from_utf8(refused.stderr).unwrap().contains("1 poses for 2 maps"));

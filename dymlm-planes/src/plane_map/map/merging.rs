@@ -269,13 +269,13 @@ impl PlaneMap {
         };
         // A key frame that looked between both planes and a third counts once for what they become; those
         // before knew one of them only.
-        let mut of_both = Vec::new();
+        let mut of_both = GapLooks::new();
         for key_frame in self.key_frames_since(from, into).map(|(_, key_frame)| key_frame).filter(of_from) {
             gaps.subtract(&self.looks_of(&key_frame, resolve_now));
-            of_both.push(self.looks_of(&key_frame, resolve_then));
+            of_both.extend(self.looks_of(&key_frame, resolve_then));
         }
         gaps.rename(from, into);
-        of_both.iter().for_each(|looks| gaps.add(looks));
+        gaps.add(&of_both);
         self.gaps = gaps;
         self.merged.insert(from, into);
         self.merged_ids.insert(self.names.id(from), self.names.id(into));
