@@ -328,7 +328,7 @@ mod tests {
     #[test]
     fn what_was_smeared_along_a_way_becomes_fine_again_where_it_stands() {
         let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
-        let mut add_at = |cloud: &mut ObjectCloud, shift: f64, seed: u32| {
+        let add_at = |cloud: &mut ObjectCloud, shift: f64, seed: u32| {
             let pose = Pose::new([shift, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
             let patch = cloud.patch(&points(seed), 1, &pose, &SensorModel::kinect(), |_| true);
             cloud.add(&patch, 300);

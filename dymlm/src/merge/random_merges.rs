@@ -125,13 +125,18 @@ fn merged_maps_are_those_of_one_builder_that_was_told_of_both_sessions() {
 #[test]
 fn maps_that_were_resumed_in_vain_merge_with_those_that_went_on() {
     let mut trunk = Session::starting(0, 100.0);
-    frames(5).iter().for_each(|step| trunk.take(step));
+    let take = |session: &mut Session, count: usize| {
+        for step in frames(count) {
+            session.take(&step);
+        }
+    };
+    take(&mut trunk, 5);
     let before = trunk.builder.map().clone();
     let resumed_in_vain = resumed(&resumed(&before, 0, &[]), 0, &[]);
-    frames(3).iter().for_each(|step| trunk.take(step));
+    take(&mut trunk, 3);
     let went_on = trunk.builder.map();
-    for maps in [[resumed_in_vain.clone(), went_on.clone()], [went_on.clone(), resumed_in_vain.clone()]] {
-        assert!(fingerprint(&merged(maps.to_vec(), &[0])) == fingerprint(went_on));
+    for (one, other) in [(&resumed_in_vain, went_on), (went_on, &resumed_in_vain)] {
+        assert!(fingerprint(&merged(vec![one.clone(), other.clone()], &[0])) == fingerprint(went_on));
     }
     let pairs = [vec![before.clone(), resumed_in_vain.clone()], vec![resumed_in_vain, before]];
     let [one, other] = pairs.map(|maps| merged(maps, &[0]));
