@@ -24,7 +24,8 @@ impl PyMapReader {
         PyMap::shared(self.0.latest())
     }
 
-    /// Waits for maps that are newer than these, at most `timeout` seconds; None when none came. Ctrl-C ends it.
+    /// Waits for maps that are newer than these, at most `timeout` seconds; None when none came. Ctrl-C ends
+    /// it.
     fn wait_newer(&self, py: Python<'_>, than: &Bound<'_, PyMap>, timeout: f64) -> PyResult<Option<PyMap>> {
         let (than, mut timeout) =
             (than.get().maps().revision(), Duration::try_from_secs_f64(timeout).or_raise()?);

@@ -197,11 +197,12 @@ impl MapBuilder {
     }
 
     pub(crate) fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
-        let mut reports = std::mem::take(&mut self.released);
         while let Some(ready) = self.waiting.pop_ready() {
-            reports.push(self.process(ready.id, &ready.input(), &ready.carried)?);
+            // After an error, the next call gives the reports of the frames before it.
+            let report = self.process(ready.id, &ready.input(), &ready.carried)?;
+            self.released.push(report);
         }
-        Ok(reports)
+        Ok(std::mem::take(&mut self.released))
     }
 
     /// Everything that can be refused is refused here, before anything changes.

@@ -460,8 +460,8 @@ fn load(
     Ok(next)
 }
 
-/// Corrects the maps to the poses of a back end; frames without a new pose move with their neighbours. `None` when
-/// the user interrupts it: then the maps stay as they were.
+/// Corrects the maps to the poses of a back end; frames without a new pose move with their neighbours. `None`
+/// when the user interrupts it: then the maps stay as they were.
 fn correct(
     builder: &mut MapBuilder,
     poses: &Trajectory,

@@ -22,8 +22,8 @@ pub struct SessionFile {
 }
 
 impl SessionFile {
-    /// Begins a file (`.mcap`). `about_up` is the direction of labels and of the grid as long as the maps do not know
-    /// which way is up.
+    /// Begins a file (`.mcap`). `about_up` is the direction of labels and of the grid as long as the maps do
+    /// not know which way is up.
     ///
     /// # Errors
     ///

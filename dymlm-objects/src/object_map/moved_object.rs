@@ -22,8 +22,8 @@ impl MapObject {
     }
 
     /// Forgets what was seen of where it stood before somebody pushed it along. Frames have found it at its new
-    /// place already; its views there count anew. What it stood on counts as one view does: mostly it is still that,
-    /// and if it is something else, the next views say so.
+    /// place already; its views there count anew. What it stood on counts as one view does: mostly it is
+    /// still that, and if it is something else, the next views say so.
     pub(crate) fn forget_old_place(&mut self) {
         let share = f64::from(FULL) / f64::from(self.voters.max(FULL));
         let shared = |votes: u32| (share * f64::from(votes)).ceil() as u32;

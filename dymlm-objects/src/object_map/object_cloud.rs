@@ -161,7 +161,8 @@ impl ObjectCloud {
         is_changed
     }
 
-    /// Goes on with voxels of the smallest side. Those that are left become one each, so that they do not get more.
+    /// Goes on with voxels of the smallest side. Those that are left become one each, so that they do not get
+    /// more.
     fn refine(&mut self) {
         self.level = 0;
         let coarse = std::mem::take(&mut self.voxels);

@@ -571,7 +571,8 @@ fn neighbours_that_are_gone_take_no_memory() {
     assert_eq!(one, many);
 }
 
-/// Regression: what an object had stood on for long was its support for nearly as long again wherever it stood then.
+/// Regression: what an object had stood on for long was its support for nearly as long again wherever it
+/// stood then.
 #[test]
 fn what_is_put_down_elsewhere_soon_stands_on_what_is_there() {
     let (scene, mut mapper) = (kitchen(), mapper());

@@ -45,6 +45,12 @@ impl Default for PlaneMapConfig {
 }
 
 impl PlaneMapConfig {
+    /// Least number of key frames that must have seen a plane, of which others have missed it so often: one
+    /// more if any have.
+    pub(crate) fn least_observations(&self, missed: u32) -> u32 {
+        self.min_observations.saturating_add(u32::from(missed > 0))
+    }
+
     /// Least number of key frames for conclusions that are not withdrawn.
     pub(crate) fn lasting_observations(&self) -> u32 {
         self.min_observations.saturating_add(1)

@@ -183,10 +183,10 @@ impl PlaneMap {
         self.planes.get(&plane.birth).is_some_and(|own| std::ptr::eq(own, plane))
     }
 
-    /// The planes that are not confirmed, or no longer, in the same order. Those that were never confirmed
-    /// are dropped when they have been looked at in vain so often that another whole look that sees them would
-    /// not bring them to [`min_observation_share`](PlaneMapConfig::min_observation_share), or when they stand in
-    /// free space and the camera has left.
+    /// The planes that are not confirmed, or no longer, in the same order. Those with too few sightings to be
+    /// confirmed are dropped when they have been looked at in vain so often that another whole look that sees
+    /// them would not bring them to [`min_observation_share`](PlaneMapConfig::min_observation_share), or when
+    /// they stand in free space and the camera has left.
     pub fn candidates(&self) -> impl Iterator<Item = &MapPlane> {
         self.planes.values().filter(|plane| !plane.is_confirmed)
     }

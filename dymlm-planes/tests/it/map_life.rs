@@ -203,14 +203,20 @@ fn what_was_never_confirmed_and_is_looked_past_again_and_again_is_dropped() {
     let wall = crate::common::upright([0.0, 2.0, 1.0], 2.0, 1.5);
     let board = crate::common::upright([0.0, 1.4, 1.0], 0.25, 0.25);
     let view = |x: f64| crate::common::look_at([x, 0.0, 1.0], [x / 2.0, 1.4, 1.0]);
-    let mut map = map_of(&[detect(&World::of(&[wall, board]), view(0.0), 0)]);
+    let with_board = detect(&World::of(&[wall, board]), view(0.0), 0);
+    let mut map = map_of(&[with_board.clone()]);
     let seen = all_planes(&map).len();
     assert_eq!(seen, 2);
+    // Nor is one that was seen twice, and missed between.
+    let mut of_two = map_of(&[with_board.clone(), detect(&World::of(&[wall]), view(0.0), 1), with_board]);
+    assert_eq!((of_two.len(), all_planes(&of_two).len()), (1, 2));
     // From the same place it may have been missed each time for the same reason, and from the next few places
     // it speaks against the plane, if that is seen once more.
     let looks_past = |look: u64| (0..20).map(move |seed| (view(0.3 * (look % 2) as f64), 20 * look + seed));
     for (pose, seed) in (0..7).flat_map(looks_past).chain(looks_past(6)) {
-        insert(&mut map, &detect(&World::of(&[wall]), pose, 1 + seed));
+        let past = detect(&World::of(&[wall]), pose, 1 + seed);
+        insert(&mut map, &past);
+        insert(&mut of_two, &past);
     }
     assert_eq!(all_planes(&map).len(), 2);
     let elsewhere: Vec<Detected> =
@@ -218,6 +224,14 @@ fn what_was_never_confirmed_and_is_looked_past_again_and_again_is_dropped() {
     let before = map.clone();
     let reports: Vec<_> = elsewhere.iter().map(|frame| insert(&mut map, frame)).collect();
     assert_eq!((map.len(), all_planes(&map).len()), (1, 1));
+    for frame in &elsewhere {
+        insert(&mut of_two, frame);
+    }
+    assert_eq!(all_planes(&of_two).len(), 2);
+    for (pose, seed) in looks_past(8) {
+        insert(&mut of_two, &detect(&World::of(&[wall]), pose, 1 + seed));
+    }
+    assert_eq!((of_two.len(), all_planes(&of_two).len()), (1, 1));
     // Nothing is lost: a key frame that is taken out gives no reason.
     let mut other = before.clone();
     for frame in &elsewhere {
@@ -368,8 +382,8 @@ fn no_inlier_is_near_nowhere_or_within_no_number() {
     }
 }
 
-/// Regression: key frames that had only missed planes were forgotten with what was far away, and what they had said
-/// with them.
+/// Regression: key frames that had only missed planes were forgotten with what was far away, and what they
+/// had said with them.
 #[test]
 fn forgetting_what_is_far_keeps_what_speaks_against_planes_that_are_near() {
     let (frames, mut map) = (detections(), empty_map());
@@ -637,8 +651,9 @@ mod saved_state {
         }
     }
 
-    /// Regression: of a look of more than 200 key frames a merge asks the last ones. Where these had missed the older
-    /// plane more often than those before, its looks were counted below zero, and the map could not be loaded.
+    /// Regression: of a look of more than 200 key frames a merge asks the last ones. Where these had missed
+    /// the older plane more often than those before, its looks were counted below zero, and the map could not
+    /// be loaded.
     #[test]
     fn planes_that_merge_after_a_long_rest_can_be_saved() {
         let piece = |x: f64, half: f64| World::of(&[crate::common::upright([x, 1.5, 1.0], half, 0.6)]);

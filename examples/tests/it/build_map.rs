@@ -359,7 +359,8 @@ fn corrections_of_another_time_are_refused_before_anything_is_mapped() {
     assert!(!out.exists());
 }
 
-/// Regression: up was what is above in the images on average, whatever the config said or the maps had learnt.
+/// Regression: up was what is above in the images on average, whatever the config said or the maps had
+/// learnt.
 #[test]
 fn up_is_what_the_maps_know() {
     let (parent, dataset, out) = paths();

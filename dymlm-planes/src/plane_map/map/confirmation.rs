@@ -117,9 +117,9 @@ impl PlaneMap {
         for birth in planes {
             let Some(plane) = self.planes.get_mut(&birth) else { continue };
             let Sightings { count, missed, looks, .. } = plane.sightings;
-            let least = self.config.min_observations.saturating_add(u32::from(missed > 0));
-            plane.is_confirmed =
-                !plane.is_gone && count >= least && looks.share() >= self.config.min_observation_share;
+            plane.is_confirmed = !plane.is_gone
+                && count >= self.config.least_observations(missed)
+                && looks.share() >= self.config.min_observation_share;
         }
     }
 

@@ -4,7 +4,7 @@ use dymlm_core::{Birth, FrameId};
 
 use super::super::gap_record::{GapLooks, resolve_looks};
 use super::super::key_frame::KeyFrame;
-use super::super::map_plane::MapPlane;
+use super::super::map_plane::{MapPlane, Sightings};
 use super::PlaneMap;
 
 /// Planes that were dropped, each with the key frame that gave the reason. What the key frames saw of them
@@ -30,14 +30,14 @@ impl PlaneMap {
         self.gaps.forget(&refuted);
     }
 
-    /// Whether a plane has too few sightings to be confirmed, and has been looked at in vain so often that
-    /// another whole look that sees it would not confirm it; or stands in free space, and the camera that saw it
-    /// there has left. What is dropped earlier comes back without what speaks against it: two key frames would
-    /// confirm what a plane fitted across an edge shows now and then.
+    /// Whether a plane has too few sightings to be confirmed (any more), and has been looked at in vain so
+    /// often that another whole look that sees it would not confirm it; or stands in free space, and the
+    /// camera that saw it there has left. What is dropped earlier comes back without what speaks against it:
+    /// two key frames would confirm what a plane fitted across an edge shows now and then.
     fn is_refuted(&self, plane: &MapPlane) -> bool {
-        let looks = plane.sightings.looks;
+        let Sightings { count, missed, looks, .. } = plane.sightings;
         let is_past = self.look.is_none_or(|look| !looks.has(look.first));
-        plane.observations() < self.config.min_observations
+        count < self.config.least_observations(missed)
             && if plane.is_gone {
                 is_past
             } else {
