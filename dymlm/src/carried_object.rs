@@ -34,23 +34,30 @@ pub struct ObjectMove {
     pub planes: Vec<PlaneId>,
 }
 
-/// What is remembered of an object while somebody carries it.
-#[derive(Debug, Clone)]
-pub(crate) struct Carried {
-    /// Its box in the next frame, with a rim, in the world; none once that frame has come.
+/// What is remembered of an object that is followed, at rest or carried.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Followed {
+    /// While somebody carries it: its box in the next frame, with a rim, in the world; none once that frame
+    /// has come.
     pub(crate) body: Option<OrientedBox>,
-    /// The last key frame that saw it stand at its old place; none without a history.
-    seen_by: Option<FrameId>,
-    /// From the old place as its tracker has it to where the maps have it. A correction moves the former with
-    /// the newest frame, by which the tracker is told, and the latter with the frames that saw it there.
+    /// The key frame from which the log knows where it was put down last; none before, or without a history.
+    put_down_by: Option<FrameId>,
+    /// From its last place as its tracker has it to where the maps have it. A correction moves the former
+    /// with the newest frame, by which the tracker is told, and the latter with the frames that saw it there.
     map_from_tracker: Pose,
 }
 
-impl Carried {
-    /// Follows a correction that has moved frames by `motion` and the newest frame by `newest`, if at all.
-    pub(crate) fn follow(&mut self, motion: impl Fn(FrameId) -> Option<Pose>, newest: Option<Pose>) {
+impl Followed {
+    /// Follows a correction that has moved frames by `motion` and the newest frame by `newest`, if at all;
+    /// `seen_by` is the last key frame that has seen the object in its place.
+    pub(crate) fn follow(
+        &mut self,
+        seen_by: Option<FrameId>,
+        motion: impl Fn(FrameId) -> Option<Pose>,
+        newest: Option<Pose>,
+    ) {
         let or_stays = |motion: Option<Pose>| motion.unwrap_or_else(Pose::identity);
-        if let Some(frame) = self.seen_by {
+        if let Some(frame) = seen_by.max(self.put_down_by) {
             let tracker_motion = or_stays(newest);
             self.map_from_tracker =
                 or_stays(motion(frame)) * self.map_from_tracker * tracker_motion.inverse();
@@ -75,18 +82,22 @@ impl MapBuilder {
     /// [`Error::UnknownObject`]; [`Error::Tracking`] when it is not seen in the frame or the settings are
     /// refused.
     pub fn track_object(
-        &self,
+        &mut self,
         object: ObjectId,
         frame: &Frame,
         world_from_camera: &Pose,
         config: &ObjectTrackerConfig,
     ) -> Result<ObjectTracker, Error> {
-        let object = self.map.objects().object(object).ok_or(Error::UnknownObject { object })?;
-        let world_from_object = object.oriented_box().world_from_box();
-        let model = model_of(object)?;
-        let label = Some(object.label());
-        let sensor = self.config().sensor;
-        Ok(ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, sensor, config)?)
+        let mapped = self.map.objects().object(object).ok_or(Error::UnknownObject { object })?;
+        let world_from_object = mapped.oriented_box().world_from_box();
+        let model = model_of(mapped)?;
+        let label = Some(mapped.label());
+        let sensor = self.config.sensor;
+        let tracker =
+            ObjectTracker::new(frame, world_from_camera, model, label, &world_from_object, sensor, config)?;
+        // Whatever an earlier tracker of it believed, this one begins where the maps have it.
+        self.followed.remove(&object);
+        Ok(tracker)
     }
 
     /// Tells the maps what the tracker of an object has found in a frame; call it before
@@ -125,12 +136,13 @@ impl MapBuilder {
         update: &ObjectUpdate,
     ) -> Result<Option<ObjectMove>, Error> {
         if self.map.objects().object(object).is_none() {
+            self.followed.remove(&object);
             return Err(Error::UnknownObject { object });
         }
         let moved = match &update.came_to_rest {
             Some(rest) => {
-                let carried = self.carried.get(&object);
-                let moved_from = carried.map_or(rest.moved_from, |it| it.map_from_tracker * rest.moved_from);
+                let known = self.followed.get(&object);
+                let moved_from = known.map_or(rest.moved_from, |it| it.map_from_tracker * rest.moved_from);
                 let new_from_old = rest.world_from_object * moved_from.inverse();
                 let tracked = body_at(tracker, &moved_from, RIM_AT_REST);
                 Some(self.put_down(object, BodyMotion { new_from_old, tracked })?)
@@ -139,19 +151,14 @@ impl MapBuilder {
         };
         let is_carried = update.state != ObjectState::AtRest;
         self.set_held(object, is_carried);
-        if is_carried {
-            let before = self.carried.remove(&object);
-            let taken_up = || Carried {
-                body: None,
-                seen_by: self.last_seen(object),
-                map_from_tracker: Pose::identity(),
-            };
-            let body = body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
-            let carried = Carried { body, ..before.unwrap_or_else(taken_up) };
-            self.carried.insert(object, carried);
-        } else {
-            self.carried.remove(&object);
+        let newest = self.newest_mapped().map(|(frame, _)| frame);
+        let followed = self.followed.entry(object).or_default();
+        if moved.is_some() {
+            // Now the maps have it where its tracker has it.
+            *followed = Followed { put_down_by: newest, ..Followed::default() };
         }
+        let body = || body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
+        followed.body = is_carried.then(body).flatten();
         Ok(moved)
     }
 
@@ -167,13 +174,13 @@ impl MapBuilder {
         if self.map.objects().object(object).is_none() {
             return Err(Error::UnknownObject { object });
         }
-        self.carried.remove(&object);
+        self.followed.remove(&object);
         self.set_held(object, false);
         Ok(())
     }
 
-    /// The last key frame in the log that has seen an object.
-    fn last_seen(&self, object: ObjectId) -> Option<FrameId> {
+    /// The last key frame in the log that has seen an object. O(key frames since).
+    pub(crate) fn last_seen(&self, object: ObjectId) -> Option<FrameId> {
         let objects = self.map.objects();
         let is_it = |id: ObjectId| objects.current_id(id) == objects.current_id(object);
         let mut entries = self.map.past.log.as_ref()?.key_frames().rev();

@@ -20,7 +20,8 @@ pub struct FrameReport {
     /// Potential movers in the frame, detected or predicted, by ascending track id. Empty while the frame
     /// waits.
     pub movers: Vec<Mover>,
-    /// Pixels that were masked as moving.
+    /// Pixels that were masked as moving; with a [stride](dymlm_core::SensorModel::stride), those that stand
+    /// for as many.
     pub masked_pixels: usize,
     /// How long each step took.
     pub stages: StageTimes,

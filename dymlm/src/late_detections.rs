@@ -6,7 +6,7 @@ use dymlm_history::Observation;
 use dymlm_planes::PlaneDetector;
 
 use crate::session_log::{Event, KeyFrameEntry, SeenThings};
-use crate::subsampler::in_all_pixels;
+use crate::subsampler::{in_all_pixels, masked_in_all_pixels};
 use crate::{CorrectionReport, Error, FrameOutcome, FrameReport, MapBuilder};
 
 /// Detections of a key frame that was mapped without any, because they came too late.
@@ -35,8 +35,7 @@ impl MapBuilder {
 
         let mut report = FrameReport::waiting(frame, timestamp);
         report.movers = in_all_pixels(preprocessor.movers(), stride);
-        report.masked_pixels =
-            mended.static_mask.width() * mended.static_mask.height() - mended.static_mask.count();
+        report.masked_pixels = masked_in_all_pixels(&mended.static_mask, stride);
         let correction = self.replace(place, entry, mended, &poses)?;
         report.outcome = FrameOutcome::Mended(Box::new(correction));
         Ok(report)

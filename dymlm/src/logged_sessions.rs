@@ -46,9 +46,9 @@ pub(crate) struct Session {
     /// Time of that frame on the clock of the maps that recorded it, seconds. It gives the session its place
     /// among others, even if sessions that are merged later come before it.
     pub(crate) start: f64,
-    /// Hash of what its first key frame or scan has read; 0 before that. Of two recordings that began at the
-    /// same time, it tells which comes first, and whether both are one. It stays when that key frame is
-    /// mended or removed, so that both versions of the session are known as one.
+    /// Hash of what its first key frame or scan with a reading has read; 0 before that. Of two recordings
+    /// that began at the same time, it tells which comes first, and whether both are one. It stays when that
+    /// key frame is mended or removed, so that both versions of the session are known as one.
     pub(crate) content: u64,
 }
 

@@ -7,7 +7,7 @@ use dymlm_geometry::OrientedBox;
 use dymlm_history::{History, Observation};
 use dymlm_planes::PlaneDetector;
 
-use crate::carried_object::Carried;
+use crate::carried_object::Followed;
 use crate::key_frame_view::{KeyFrameView, MappingContext};
 use crate::key_frames::{KeyFrames, Viewed};
 use crate::logged_sessions::Session;
@@ -18,7 +18,7 @@ use crate::session_clock::SessionClock;
 use crate::session_log::{Event, InsertedFrame, SessionLog};
 use crate::snapshots::Snapshots;
 use crate::stages::StageClock;
-use crate::subsampler::{Subsampler, in_all_pixels};
+use crate::subsampler::{Subsampler, in_all_pixels, masked_in_all_pixels};
 use crate::waiting_frames::WaitingFrames;
 use crate::{
     Detections, Error, FrameInput, FrameOutcome, FrameReport, MapConfig, MapReader, MapUpdate, MultiLevelMap,
@@ -46,7 +46,7 @@ pub struct MapBuilder {
     pub(crate) snapshots: Snapshots,
     pub(crate) clock: SessionClock,
     /// The objects that somebody carries.
-    pub(crate) carried: BTreeMap<ObjectId, Carried>,
+    pub(crate) followed: BTreeMap<ObjectId, Followed>,
     pub(crate) map: MultiLevelMap,
     pub(crate) publisher: Publisher,
     pub(crate) scan_mapper: ScanMapper,
@@ -84,7 +84,7 @@ impl MapBuilder {
             processed: None,
             snapshots: Snapshots::new(),
             clock: SessionClock::default(),
-            carried: BTreeMap::new(),
+            followed: BTreeMap::new(),
             map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
@@ -127,7 +127,7 @@ impl MapBuilder {
         self.pager.page_out(&mut self.map, &mut self.snapshots)?;
         let (id, mut released) = self.begin_input(input.frame.timestamp(), &input.world_from_camera)?;
         let carried: Vec<OrientedBox> =
-            self.carried.values_mut().filter_map(|carried| carried.body.take()).collect();
+            self.followed.values_mut().filter_map(|followed| followed.body.take()).collect();
         if self.waiting.must_wait(&input.found) {
             self.waiting.push(id, input, carried);
             let mut report = FrameReport::waiting(id, input.frame.timestamp());
@@ -199,6 +199,7 @@ impl MapBuilder {
     pub(crate) fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
         while let Some(ready) = self.waiting.pop_ready() {
             // After an error, the next call gives the reports of the frames before it.
+            self.pager.page_out(&mut self.map, &mut self.snapshots)?;
             let report = self.process(ready.id, &ready.input(), &ready.carried)?;
             self.released.push(report);
         }
@@ -309,7 +310,7 @@ impl MapBuilder {
             timestamp,
             outcome,
             movers: in_all_pixels(movers, config.sensor.stride),
-            masked_pixels: static_mask.width() * static_mask.height() - static_mask.count(),
+            masked_pixels: masked_in_all_pixels(static_mask, config.sensor.stride),
             stages: clock.finish(),
             released: Vec::new(),
         })

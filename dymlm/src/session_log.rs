@@ -287,8 +287,10 @@ impl SessionLog {
         observation: Arc<Observation>,
         update: &MapUpdate,
     ) {
-        if let Some(session) = self.sessions.last_mut() {
-            let (depth, color) = (observation.frame.depth(), observation.frame.color());
+        let (depth, color) = (observation.frame.depth(), observation.frame.color());
+        // A camera that warms up gives frames without a reading, which are alike in all sessions.
+        let has_readings = depth.data().iter().any(|&depth| depth > 0.0);
+        if let Some(session) = self.sessions.last_mut().filter(|_| has_readings) {
             let colors = color.into_iter().flat_map(ColorImage::data).flatten();
             let depths = depth.data().iter().map(|depth| depth.to_bits());
             session.note_content(depths.chain(colors.map(|&value| value.into())));
@@ -300,7 +302,7 @@ impl SessionLog {
 
     /// Logs a scan that has been mapped.
     pub(crate) fn add_scan(&mut self, frame: FrameId, points: &[Point]) {
-        if let Some(session) = self.sessions.last_mut() {
+        if let Some(session) = self.sessions.last_mut().filter(|_| !points.is_empty()) {
             session.note_content(points.iter().flatten().map(|c| c.to_bits()));
         }
         let points = self.history.push_scan(points.into());

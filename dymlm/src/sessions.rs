@@ -55,7 +55,7 @@ impl MapBuilder {
         self.key_frames = KeyFrames::new(self.config.key_frames)?;
         self.processed = None;
         self.clock = SessionClock::default();
-        self.carried.clear();
+        self.followed.clear();
         self.begin_session_of_maps();
         Ok(reports)
     }

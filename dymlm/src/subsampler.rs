@@ -1,4 +1,4 @@
-use dymlm_core::{Detection, Frame, SensorModel};
+use dymlm_core::{Detection, Frame, Mask, SensorModel};
 use dymlm_dynamics::Mover;
 use dymlm_objects::SightedPoint;
 
@@ -57,6 +57,11 @@ impl Subsampler {
         let found = found.map(|_| self.detections.as_slice());
         Ok(FrameInput::new(frame, found, &input.world_from_camera).with_sighted_points(&self.sighted_points))
     }
+}
+
+/// Number of the caller's pixels that a static mask leaves out.
+pub(crate) fn masked_in_all_pixels(static_mask: &Mask, stride: usize) -> usize {
+    (static_mask.width() * static_mask.height() - static_mask.count()) * stride * stride
 }
 
 /// Movers with their boxes in the caller's pixels.

@@ -39,7 +39,7 @@ pub(crate) struct Followed {
 impl Follower {
     /// Chooses an object of the builder's map.
     pub(crate) fn new(
-        builder: MapBuilder,
+        mut builder: MapBuilder,
         object: ObjectId,
         frame: &Frame,
         world_from_camera: &Pose,

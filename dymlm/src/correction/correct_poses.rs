@@ -208,6 +208,8 @@ impl MapBuilder {
     /// Stores the new poses of the frames, and moves what is known of the last ones to the corrected world.
     /// Returns how the newest frame has moved.
     fn take_over(&mut self, poses: &[Pose]) -> Pose {
+        let seen_by: Vec<Option<FrameId>> =
+            self.followed.keys().map(|&object| self.last_seen(object)).collect();
         let Some(log) = &mut self.map.past.log else { return Pose::identity() };
         let motion = |id: FrameId| {
             let place = id.get() as usize;
@@ -217,8 +219,8 @@ impl MapBuilder {
         let given = log.frames.len().checked_sub(1).and_then(|newest| motion(FrameId::new(newest as u64)));
         // Preprocessor and key frames remember the frame that they were given last.
         let processed = self.processed.and_then(motion);
-        for carried in self.carried.values_mut() {
-            carried.follow(motion, given);
+        for (followed, seen_by) in self.followed.values_mut().zip(seen_by) {
+            followed.follow(seen_by, motion, given);
         }
         for (place, &world_from_camera) in poses.iter().enumerate() {
             // Pages of frames that have stayed are still shared with what others hold of the log.

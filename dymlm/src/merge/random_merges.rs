@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use dymlm_core::{FrameId, Pose};
+use dymlm_core::{DepthImage, Frame, FrameId, PinholeCamera, Pose};
 use proptest::prelude::*;
 
 use crate::common::{fingerprint, fingerprint_without_ids, poses};
@@ -231,6 +231,27 @@ fn a_session_whose_first_key_frame_is_gone_in_one_map_is_the_same_session() {
     assert_eq!(key_frames(&beheaded), 2);
     let error = whole.clone().merge(&beheaded, &Pose::identity()).unwrap_err();
     assert!(matches!(error, Error::SessionsDiffer { .. }), "{error}");
+}
+
+/// Regression: they counted as one session that differs.
+#[test]
+fn sessions_that_begin_without_a_reading_are_told_apart_by_what_comes_then() {
+    let [one, other] = [2.0, 3.0].map(|depth| {
+        let mut builder = Session::new().builder;
+        let camera = PinholeCamera::new(64, 48, 52.5, 52.5, 31.5, 23.5).unwrap();
+        builder.insert_scan(0.0, &[], &Pose::identity()).unwrap();
+        for (time, depth) in [(1.0, 0.0), (2.0, depth)] {
+            let depth = DepthImage::new(64, 48, vec![depth; 64 * 48]).unwrap();
+            builder.insert(&Frame::new(time, camera, depth, None).unwrap(), &[], &Pose::identity()).unwrap();
+        }
+        builder.map().clone()
+    });
+    let mut merged = one.clone();
+    let report = merged.merge(&other, &Pose::identity()).unwrap();
+    assert_eq!((report.sessions.len(), report.key_frames), (2, 4));
+    let mut the_other_way = other;
+    the_other_way.merge(&one, &Pose::identity()).unwrap();
+    assert!(fingerprint(&merged) == fingerprint(&the_other_way));
 }
 
 /// Merged by a tree, each key frame is mapped again at most once a level; merged in the order of time, once

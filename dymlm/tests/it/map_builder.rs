@@ -358,6 +358,7 @@ fn a_stride_maps_what_a_camera_of_fewer_pixels_would_have() {
         let report = with_stride.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
         let expected = small.insert(&half, &detections, &frame.world_from_camera).unwrap();
         assert_eq!(report.outcome, expected.outcome);
+        assert_eq!(report.masked_pixels, 4 * expected.masked_pixels);
         for (mover, expected) in report.movers.iter().zip(&expected.movers) {
             assert_eq!(mover.bounding_box, expected.bounding_box.upsampled(2), "in the caller's pixels");
         }

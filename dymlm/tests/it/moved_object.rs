@@ -6,7 +6,7 @@ use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
 use dymlm::tracking::{Error as TrackingError, ObjectState, ObjectTrackerConfig};
-use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, ObjectMove, Selection};
+use dymlm::{Detections, Error, HistoryConfig, MapBuilder, MapConfig, ObjectMove, Selection};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
     SimulatedFrame,
@@ -120,6 +120,18 @@ fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
 /// frames that saw it stand there had stayed.
 #[test]
 fn a_thing_that_is_carried_while_poses_are_corrected_is_put_down_where_it_stands() {
+    put_down_after_a_correction(4 * RATE as usize, ObjectState::Tracking, true);
+}
+
+/// Regression: of corrections while a thing rested nothing was remembered when it was taken up.
+#[test]
+fn a_thing_at_rest_while_poses_are_corrected_is_put_down_where_it_stands() {
+    put_down_after_a_correction(BEFORE - 1, ObjectState::AtRest, false);
+}
+
+/// Carries a thing, of which only the frames before know where it stood unless it `is_detected`, and corrects
+/// poses after a frame.
+fn put_down_after_a_correction(corrected_after: usize, state: ObjectState, is_detected: bool) {
     let sequence = sequence();
     let [old, new] = [0, FRAMES - 1].map(|index| sequence.carried_thing(index).unwrap());
     let (mut builder, first) = map_before(&sequence, BEFORE);
@@ -141,13 +153,13 @@ fn a_thing_that_is_carried_while_poses_are_corrected_is_put_down_where_it_stands
             moves.extend(moved);
             break;
         }
-        let newest = builder.insert(&frame.frame, &frame.detections, &pose).unwrap().id;
-        if update.state == ObjectState::AtRest {
+        let found = if is_detected { Detections::Found(&frame.detections) } else { Detections::NotRun };
+        let newest = builder.insert(&frame.frame, found, &pose).unwrap().id;
+        if is_detected && update.state == ObjectState::AtRest {
             at_rest = (newest, pose);
         }
-        // Halfway.
-        if new_from_old == Pose::identity() && index > 4 * RATE as usize {
-            assert_eq!(update.state, ObjectState::Tracking);
+        if new_from_old == Pose::identity() && index > corrected_after {
+            assert_eq!(update.state, state);
             let report = builder.correct_poses(&[at_rest, (newest, correction * pose)]).unwrap();
             tracker.move_world(&report.new_from_old);
             new_from_old = report.new_from_old;
@@ -219,11 +231,12 @@ fn a_thing_that_nobody_follows_any_more_is_released() {
     let (mut builder, first) = map_before(&sequence, 14);
     let (image, pose, config) = (&first.frame, &first.world_from_camera, ObjectTrackerConfig::default());
     // The thing that is detected most often.
-    let mut objects: Vec<&MapObject> = builder.map().objects().objects().collect();
-    objects.sort_by_key(|object| std::cmp::Reverse(object.observations()));
-    let tracked = objects.iter().find_map(|object| {
-        Some((object.id(), builder.track_object(object.id(), image, pose, &config).ok()?))
-    });
+    let counted = |object: &MapObject| (std::cmp::Reverse(object.observations()), object.id());
+    let mut objects: Vec<_> = builder.map().objects().objects().map(counted).collect();
+    objects.sort_unstable();
+    let tracked = objects
+        .into_iter()
+        .find_map(|(_, object)| Some((object, builder.track_object(object, image, pose, &config).ok()?)));
     let (object, mut tracker) = tracked.unwrap();
     let mut update = tracker.track(image, &first.detections, pose).unwrap();
     update.state = ObjectState::Tracking;
@@ -254,13 +267,13 @@ fn what_cannot_be_chosen_or_followed_is_refused() {
     let sequence = sequence();
     let (mut builder, frame) = map_before(&sequence, 14);
     let config = ObjectTrackerConfig::default();
-    let choose =
+    let object = object_at(&builder, &sequence.carried_thing(0).unwrap()).unwrap();
+    let mut choose =
         |object: ObjectId, frame: &Frame, pose: &Pose| builder.track_object(object, frame, pose, &config);
     assert!(matches!(
         choose(ObjectId::new(999), &frame.frame, &frame.world_from_camera),
         Err(Error::UnknownObject { object }) if object.get() == 999
     ));
-    let object = object_at(&builder, &sequence.carried_thing(0).unwrap()).unwrap();
     let gray = Frame::new(1.0, *frame.frame.camera(), frame.frame.depth().clone(), None).unwrap();
     assert!(matches!(
         choose(object, &gray, &frame.world_from_camera),
