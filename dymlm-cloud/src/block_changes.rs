@@ -31,13 +31,12 @@ impl CloudMap {
             let key = self.voxels.keys()[*slot];
             match if has_same_slots { Some(*slot) } else { earlier.voxels.slot(key) } {
                 Some(before) => !new.has_same_points(*slot, &old, before),
-                None => !new.points(*slot).is_empty(),
+                None => new.has_points(*slot),
             }
         };
-        let block = |slot: usize| CloudBlock {
-            place: self.voxels.keys()[slot].block(),
-            points: new.points(slot).to_vec(),
-            colors: new.colors(slot).to_vec(),
+        let block = |slot: usize| {
+            let (points, colors) = new.copied(slot);
+            CloudBlock { place: self.voxels.keys()[slot].block(), points, colors }
         };
         let mut changes: Vec<CloudBlock> = if has_same_slots {
             new.unshared(&old).filter(has_changed).map(block).collect()
@@ -46,8 +45,7 @@ impl CloudMap {
         };
         if !has_same_slots {
             let gone = earlier.voxels.keys().iter().enumerate();
-            let gone =
-                gone.filter(|(slot, key)| self.voxels.slot(**key).is_none() && !old.points(*slot).is_empty());
+            let gone = gone.filter(|(slot, key)| self.voxels.slot(**key).is_none() && old.has_points(*slot));
             let empty =
                 |key: BlockKey| CloudBlock { place: key.block(), points: Vec::new(), colors: Vec::new() };
             changes.extend(gone.map(|(_, &key)| empty(key)));

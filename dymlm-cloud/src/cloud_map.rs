@@ -227,7 +227,7 @@ impl CloudMap {
         for (key, theirs) in other.voxels.keys().iter().zip(other.voxels.blocks().iter()) {
             let slot = self.voxels.slot_or_insert(*key);
             let Some(block) = self.voxels.begin_change(slot, stamp, seen) else { continue };
-            let count = block.len();
+            let (count, theirs) = (block.len(), theirs.look());
             theirs.iter().for_each(|(place, voxel)| block.merge(place, &voxel));
             self.voxel_count += block.len() - count;
         }
@@ -249,6 +249,7 @@ impl CloudMap {
                 Selection::All => *block.places().cells(),
                 Selection::Static => judgement.statics,
             };
+            let evidence = self.evidence.look_over(key.cell(0));
             block.voxels(&chosen).into_iter().map(move |(place, voxel)| {
                 let cell = key.cell(place);
                 CloudVoxel {
@@ -256,7 +257,7 @@ impl CloudMap {
                     color: voxel.mean_color(),
                     weight: self.weighting.total(voxel.sums.weight),
                     observations: voxel.observations,
-                    evidence: self.evidence.of_voxel(cell),
+                    evidence: self.evidence.of_voxel_in(evidence.as_deref(), cell),
                     verdict: judgement.of(place),
                 }
             })

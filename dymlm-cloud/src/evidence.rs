@@ -15,7 +15,7 @@ use crate::look_through::{LookThrough, LookedThrough};
 use crate::opinion::Opinion;
 #[cfg(feature = "state")]
 use crate::paging::PageFile;
-use crate::paging::{Paged, record};
+use crate::paging::{Look, Paged, record};
 use crate::place_history::{PlaceHistory, PlacePeriod};
 use crate::scan::{Scan, ScanRays};
 use crate::support::Support;
@@ -252,6 +252,19 @@ impl Evidence {
         self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.total(index))
     }
 
+    /// The block in which the cell of a voxel is, as are those of all voxels in one block, without bringing it
+    /// back to memory.
+    pub(crate) fn look_over(&self, voxel: [i32; 3]) -> Option<Look<'_, EvidenceBlock>> {
+        let slot = self.slot_of(voxel)?;
+        Some(self.blocks.blocks()[slot].look())
+    }
+
+    /// [`of_voxel`](Self::of_voxel), where `block` is the voxel's.
+    pub(crate) fn of_voxel_in(&self, block: Option<&EvidenceBlock>, voxel: [i32; 3]) -> Support {
+        let (_, index) = self.cell_of(voxel);
+        block.map_or(Support::default(), |block| block.total(index))
+    }
+
     /// What was seen of the cell of a voxel over time.
     pub(crate) fn history(&self, voxel: [i32; 3], looks_per_reading: f32) -> PlaceHistory {
         let (block, index) = self.cell_of(voxel);
@@ -317,7 +330,7 @@ impl Evidence {
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks().iter()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.block_mut(slot) {
-                block.epochs.merge(&theirs.epochs);
+                block.epochs.merge(&theirs.look().epochs);
             }
             self.blocks.stamps_mut().note(slot, self.revision);
         }

@@ -1,6 +1,7 @@
 use dymlm_core::vector3::distances_to_box;
 
 use crate::CloudMap;
+use crate::block_store::BlockKey;
 
 impl CloudMap {
     /// Forgets everything that is farther than `radius` metres from a place (world), by whole blocks of the
@@ -14,7 +15,12 @@ impl CloudMap {
             return;
         };
         let evidence = &self.evidence;
-        let voxels = self.voxels.retain(|key| evidence.slot_of(key.cell(0)).is_some());
+        let stays = |key: BlockKey| evidence.slot_of(key.cell(0)).is_some();
+        let blocks = self.voxels.keys().iter().zip(self.voxels.blocks().iter());
+        // What stays is not looked into: most of it may be in a file.
+        let gone: usize = blocks.filter(|(key, _)| !stays(**key)).map(|(_, block)| block.look().len()).sum();
+        self.voxel_count = self.voxel_count.saturating_sub(gone);
+        let voxels = self.voxels.retain(stays);
         let voxels_stay = voxels.as_ref().map(|voxels| voxels.stays.as_slice());
         self.kept.forget(&cells, voxels_stay, self.voxels.bounds());
         let (stamp, seen) = (self.next_stamp(), self.kept.stamp());
@@ -24,6 +30,5 @@ impl CloudMap {
                 block.lowered = stamp;
             }
         }
-        self.voxel_count = self.voxels.blocks().iter().map(|block| block.len()).sum();
     }
 }

@@ -9,5 +9,5 @@ pub(crate) use dymlm_core::paging::{Extent, PageFile, Record};
 pub(crate) use dymlm_core::{record, record_of_cases};
 #[cfg(feature = "state")]
 pub(crate) use paged::Version;
-pub(crate) use paged::{Block, PageOut, Paged, page_out};
+pub(crate) use paged::{Block, Look, PageOut, Paged, page_out};
 pub use pager::CloudPager;

@@ -13,6 +13,8 @@ use crate::block_store::BlockKey;
 const INTERVAL: u32 = 16;
 /// What has been seen in so many frames before blocks are chosen stays in memory.
 const RECENT: u32 = 12;
+/// Most blocks in the file that are looked into at a time, each 16th frame.
+const MOST_LOOKS: usize = 4096;
 /// One in so many bytes is what the allocator adds for its own numbers and by rounding up: with 487 MB
 /// counted, 510 were in use.
 const ALLOCATOR: usize = 20;
@@ -32,6 +34,8 @@ pub struct CloudPager {
     count: MemoryCount,
     /// Blocks of the evidence that are to go, with all voxels in them, in this order.
     due: VecDeque<BlockKey>,
+    /// The slot from which on blocks in the file are looked into next.
+    next_look: usize,
     /// The revision of the evidence after which blocks stay in memory.
     settled: u32,
     /// The revisions [`RECENT`] frames before blocks were chosen last, and before they are chosen next.
@@ -57,6 +61,7 @@ impl CloudPager {
             frames: 0,
             count: MemoryCount::default(),
             due: VecDeque::new(),
+            next_look: 0,
             settled: 0,
             aged: [0; 2],
             left: 0,
@@ -136,32 +141,49 @@ impl CloudPager {
     /// Chooses blocks that free so many bytes, those first that no frame has seen for longest; returns how
     /// many bytes they free.
     fn choose_oldest(&mut self, map: &CloudMap, excess: usize) -> usize {
-        let (mut gone, settled) = (0, self.settled);
-        // What a query has brought back of blocks that were in the file goes only when the others do not
-        // suffice: finding it means looking into each of them.
-        for is_filed in [false, true] {
+        let (store, mut gone) = (map.evidence.blocks(), 0);
+        let in_memory = store.blocks().iter().enumerate().filter(|(_, block)| block.in_memory().is_some());
+        let stamped = in_memory.map(|(slot, _)| (store.stamps().of(slot), store.keys()[slot], slot));
+        let mut oldest: Vec<(u32, BlockKey, usize)> =
+            stamped.filter(|(stamp, ..)| *stamp <= self.settled).collect();
+        oldest.sort_unstable();
+        for (_, _, slot) in oldest {
             if gone >= excess {
+                return gone;
+            }
+            gone += self.choose_block(map, slot);
+        }
+        gone + self.choose_brought_back(map, excess - gone.min(excess))
+    }
+
+    /// Chooses blocks in the file of which a query has brought back something, until they free so many bytes. They
+    /// go only when the others do not suffice: finding them means looking into each block, so that it goes on
+    /// from where it stopped the last time.
+    fn choose_brought_back(&mut self, map: &CloudMap, excess: usize) -> usize {
+        let (store, mut gone, mut looks) = (map.evidence.blocks(), 0, 0);
+        let all = store.blocks().len();
+        let first = if self.next_look < all { self.next_look } else { 0 };
+        for slot in (first..all).chain(0..first) {
+            if gone >= excess || looks >= MOST_LOOKS {
+                self.next_look = slot;
                 break;
             }
-            let store = map.evidence.blocks();
-            let blocks = store.keys().iter().zip(store.blocks().iter()).enumerate();
-            let blocks = blocks.filter(|(_, (_, block))| block.in_memory().is_none() == is_filed);
-            let blocks = blocks.map(|(slot, (&key, _))| (store.stamps().of(slot), key, slot));
-            let mut blocks: Vec<(u32, BlockKey, usize)> =
-                blocks.filter(|(stamp, ..)| *stamp <= settled).collect();
-            blocks.sort_unstable();
-            for (_, key, slot) in blocks {
-                if gone >= excess {
-                    break;
-                }
-                let own = map.block_bytes([slot], map.voxel_slots_within(key));
-                if own > 0 {
-                    gone += own;
-                    self.due.push_back(key);
-                }
+            if store.blocks()[slot].in_memory().is_none() && store.stamps().of(slot) <= self.settled {
+                looks += 1;
+                gone += self.choose_block(map, slot);
             }
         }
         gone
+    }
+
+    /// Chooses a block, if that frees memory; returns how many bytes.
+    fn choose_block(&mut self, map: &CloudMap, slot: usize) -> usize {
+        let key = map.evidence.blocks().keys()[slot];
+        let own = map.block_bytes([slot], map.voxel_slots_within(key));
+        if own > 0 {
+            self.due.push_back(key);
+        }
+        own
     }
 }
 

@@ -117,10 +117,7 @@ impl StaticPoints<'_> {
     pub fn block(&self, place: [i32; 3]) -> CloudBlock {
         let has_key = place.iter().all(|c| BlockKey::has_block(*c));
         let slot = if has_key { self.slot_with_points(BlockKey::new(place)) } else { None };
-        let (points, colors) = match slot {
-            Some(slot) => (self.cloud.points(slot).to_vec(), self.cloud.colors(slot).to_vec()),
-            None => (Vec::new(), Vec::new()),
-        };
+        let (points, colors) = slot.map(|slot| self.cloud.copied(slot)).unwrap_or_default();
         CloudBlock { place, points, colors }
     }
 }

@@ -483,18 +483,32 @@ impl StaticCloud {
         self.blocks.get(slot).map_or(&[], |block| &block.colors)
     }
 
+    /// Copies of a block's points and their colours, without bringing it back to memory.
+    pub(crate) fn copied(&self, slot: usize) -> (Vec<Point>, Vec<Rgb>) {
+        let block = self.blocks.get(slot).map(|block| block.look());
+        block.map_or_else(Default::default, |block| (block.points.to_vec(), block.colors.to_vec()))
+    }
+
+    /// Whether a block has points, without bringing it back to memory.
+    pub(crate) fn has_points(&self, slot: usize) -> bool {
+        self.blocks.get(slot).is_some_and(|block| !block.look().points.is_empty())
+    }
+
     /// The slots of blocks that this cloud does not share with another of the same map.
     pub(crate) fn unshared<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = usize> + 'a {
         self.blocks.unshared(&other.blocks)
     }
 
-    /// Whether a block has the same points as a block of another cloud.
+    /// Whether a block has the same points as a block of another cloud. Brings neither back to memory.
     pub(crate) fn has_same_points(&self, slot: usize, other: &Self, other_slot: usize) -> bool {
         match (self.blocks.get(slot), other.blocks.get(other_slot)) {
             (Some(own), Some(other)) => {
-                own.is_same(other) || (&own.points, &own.colors) == (&other.points, &other.colors)
+                own.is_same(other) || {
+                    let (own, other) = (own.look(), other.look());
+                    (&own.points, &own.colors) == (&other.points, &other.colors)
+                }
             }
-            (own, other) => own.or(other).is_none_or(|block| block.points.is_empty()),
+            (own, other) => own.or(other).is_none_or(|block| block.look().points.is_empty()),
         }
     }
 

@@ -131,4 +131,19 @@ fn memory_is_that_of_one_place_though_there_are_ten() {
     assert!(map.point_cloud(Selection::All).len() > 9 * map.held_voxels() / 10);
     assert!(map.len() > map.held_voxels() / 2);
     assert!(map.memory_bytes() < 4 * first);
+
+    // So do exports, merges and comparisons, and forgetting does not read what stays.
+    assert_eq!(map.voxels(Selection::All).count(), map.held_voxels());
+    assert!(map.memory_bytes() < 4 * first, "after an export");
+    let mut whole = empty();
+    whole.merge(&map).unwrap();
+    assert_eq!((whole.held_voxels(), whole.len()), (map.held_voxels(), map.len()));
+    assert!(map.memory_bytes() < 4 * first, "after a merge");
+    assert!(whole.changes_since(&map).is_empty() && !map.changes_since(&empty()).is_empty());
+    assert!(map.memory_bytes() < 4 * first, "after comparisons");
+    let (before, held) = (map.memory_bytes(), map.held_voxels());
+    map.forget_outside([0.0, 0.0, 2.0], APART * 8.5);
+    assert!((8 * held / 10..held).contains(&map.held_voxels()));
+    assert_eq!(map.held_voxels(), map.voxels(Selection::All).count());
+    assert!(map.memory_bytes() <= before, "after forgetting");
 }
