@@ -252,8 +252,8 @@ impl Evidence {
         self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.total(index))
     }
 
-    /// The block in which the cell of a voxel is, as are those of all voxels in one block, without bringing it
-    /// back to memory.
+    /// The block in which the cell of a voxel is, as are those of all voxels in one block, without bringing
+    /// it back to memory.
     pub(crate) fn look_over(&self, voxel: [i32; 3]) -> Option<Look<'_, EvidenceBlock>> {
         let slot = self.slot_of(voxel)?;
         Some(self.blocks.blocks()[slot].look())

@@ -156,9 +156,9 @@ impl CloudPager {
         gone + self.choose_brought_back(map, excess - gone.min(excess))
     }
 
-    /// Chooses blocks in the file of which a query has brought back something, until they free so many bytes. They
-    /// go only when the others do not suffice: finding them means looking into each block, so that it goes on
-    /// from where it stopped the last time.
+    /// Chooses blocks in the file of which a query has brought back something, until they free so many bytes.
+    /// They go only when the others do not suffice: finding them means looking into each block, so that it
+    /// goes on from where it stopped the last time.
     fn choose_brought_back(&mut self, map: &CloudMap, excess: usize) -> usize {
         let (store, mut gone, mut looks) = (map.evidence.blocks(), 0, 0);
         let all = store.blocks().len();

@@ -1,4 +1,4 @@
-use dymlm_core::vector3::{along, bounds, difference, distances_to_box, dot, unit};
+use dymlm_core::vector3::{along, bounds, difference, dot, unit};
 
 use super::{StaticPoint, StaticPoints};
 use crate::block_store::BlockKey;
@@ -29,17 +29,20 @@ impl StaticPoints<'_> {
         max_range: f64,
         radius: f64,
     ) -> Option<PointHit> {
-        let direction = unit(direction)?;
+        // Its own unit, so that no square of a length is too small or too large for a number.
+        let longest = direction.iter().fold(0.0_f64, |longest, c| longest.max(c.abs()));
+        let direction = unit(direction.map(|c| c / longest))?;
         let are_numbers = origin.iter().all(|c| c.is_finite()) && radius.is_finite() && !max_range.is_nan();
         if !are_numbers || radius < 0.0 {
             return None;
         }
-        // The ray need not be followed beyond the map's box.
-        let bounds_of_map = self.cloud.bounds()?.map(|block| BlockKey::new(block).bounds(self.voxel_size()));
-        let [nearest, farthest] = distances_to_box(origin, [bounds_of_map[0][0], bounds_of_map[1][1]]);
-        let end = max_range.min(farthest + self.slack());
+        // The ray need not be followed outside of the map's box.
+        let [first, last] = self.cloud.bounds()?.map(|block| BlockKey::new(block).bounds(self.voxel_size()));
+        let margin = radius + self.slack();
+        let grown = [first[0].map(|c| c - margin), last[1].map(|c| c + margin)];
+        let [mut from, end] = part_in(grown, origin, direction)?;
+        let end = end.min(max_range);
         // In parts as long as a block.
-        let mut from = (nearest - radius - self.slack()).max(0.0);
         while from <= end {
             let to = from + self.block_side();
             if to <= from {
@@ -68,4 +71,22 @@ impl StaticPoints<'_> {
         }
         None
     }
+}
+
+/// Where a ray enters a box (lowest and highest corner) and leaves it, from its origin on; `None` when it
+/// misses it.
+fn part_in([low, high]: [[f64; 3]; 2], origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
+    let (mut from, mut to) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        let sides = [low[axis] - origin[axis], high[axis] - origin[axis]];
+        if direction[axis] == 0.0 {
+            if sides[0] > 0.0 || sides[1] < 0.0 {
+                return None;
+            }
+        } else {
+            let [one, other] = sides.map(|side| side / direction[axis]);
+            (from, to) = (from.max(one.min(other)), to.min(one.max(other)));
+        }
+    }
+    (from <= to).then_some([from, to])
 }

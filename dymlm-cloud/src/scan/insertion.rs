@@ -13,8 +13,9 @@ impl CloudMap {
     ///
     /// The evidence of free space comes from the rays, one to the centre of each cell of the evidence (4 cm)
     /// in which a point lies. A ray looks through a cell when it passes within half a side of the cell's
-    /// centre, and ends beyond it by more than the tolerance. A scan counts for a cell once. O(points + cells
-    /// that the rays pass).
+    /// centre, and ends beyond it by more than the tolerance; along the normal of what it meets there, which
+    /// readings beside the ray tell: what a flat ray passes before it ends on the floor is no free space. A
+    /// scan counts for a cell once. O(points + cells that the rays pass).
     ///
     /// # Errors
     ///

@@ -2,6 +2,7 @@
 
 mod block_index;
 mod cell_set;
+mod incidence;
 mod insertion;
 mod scan_rays;
 

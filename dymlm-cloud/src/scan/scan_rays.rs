@@ -2,6 +2,7 @@ use dymlm_core::vector3::{difference, dot, norm, unit};
 
 use super::Scan;
 use super::cell_set::CellSet;
+use super::incidence::NearestReadings;
 use crate::block_store::{BlockKey, CellBits, for_each_bit, split};
 use crate::fixed_point::range;
 use crate::look_through::LookThrough;
@@ -13,8 +14,13 @@ use crate::look_through::LookThrough;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScanRays {
     ends: CellSet,
+    nearest: NearestReadings,
     passed: CellSet,
 }
+
+/// How many deviations of a reading's noise two readings of one place differ by at most: three of a
+/// difference.
+const NOISE_SIGMAS: f64 = 3.0 * std::f64::consts::SQRT_2;
 
 /// A ray, and the part of it that shows free space, metres.
 struct Ray {
@@ -31,15 +37,18 @@ impl ScanRays {
         self.passed.clear();
         let (side, sensor) = (look.cell_size(), look.sensor());
         let origin = scan.world_from_sensor.translation();
-        let Self { ends, passed } = self;
+        let Self { ends, nearest, passed } = self;
         for (key, cells) in ends.blocks() {
             for_each_bit(cells, |index| {
                 let way = difference(key.cell(index).map(|c| (f64::from(c) + 0.5) * side), origin);
                 let Some(direction) = unit(way) else { return };
                 let reading = norm(way);
-                // The tolerance at the ray's end, which is the greatest on it.
-                let tolerance = look.tolerance((reading as f32).min(sensor.max_depth));
-                let to = (reading - f64::from(tolerance)).min(sensor.max_depth.into());
+                // The tolerance at the ray's end, which is the greatest on it, counts along the normal of
+                // what it meets there.
+                let depth = (reading as f32).min(sensor.max_depth);
+                let noise = NOISE_SIGMAS * f64::from(sensor.sigma(depth));
+                let sine = nearest.sine_of_incidence(way, noise);
+                let to = (reading - f64::from(look.tolerance(depth)) / sine).min(sensor.max_depth.into());
                 let ray = Ray { origin, direction, from: sensor.min_depth.into(), to };
                 follow_ray(passed, &ray, side);
             });
@@ -50,7 +59,8 @@ impl ScanRays {
     /// it.
     fn find_ends(&mut self, Scan { points, world_from_sensor, .. }: Scan<'_>, look: &LookThrough) {
         self.ends.clear();
-        let sensor = look.sensor();
+        self.nearest.clear();
+        let (sensor, origin) = (look.sensor(), world_from_sensor.translation());
         let far_enough = sensor.max_depth + 2.0 * look.tolerance(sensor.max_depth);
         for &point in points {
             let reading = range(point);
@@ -60,6 +70,9 @@ impl ScanRays {
                 let (block, index) = split(place.map(|c| (c / look.cell_size()).floor() as i32));
                 let slot = self.ends.slot_or_insert(BlockKey::new(block));
                 self.ends.put(slot, index);
+                if reading <= sensor.max_depth {
+                    self.nearest.note(difference(place, origin));
+                }
             }
         }
     }

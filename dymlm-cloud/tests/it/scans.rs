@@ -1,7 +1,7 @@
 //! Scans: the same as images of the same readings, free space against a look at all rays, exact removal,
 //! refused input; and OctoMap's scan.
 
-use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, Selection};
+use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, Selection, Verdict};
 use dymlm_core::vector3::{difference, dot, norm, unit};
 use dymlm_core::{DepthNoise, Frame, PinholeCamera, Point, Pose, SensorModel, SplitMix64};
 use dymlm_geometry::OrientedBox;
@@ -213,4 +213,60 @@ fn the_scan_of_octomap_is_mapped() {
     let found = map.static_points();
     let is_mapped = |point: &&&Point| found.nearest(point.map(f64::from), 0.05).is_some();
     assert!(in_range.iter().filter(is_mapped).count() * 100 >= 98 * in_range.len());
+}
+
+/// What a lidar of 16 rings reads 0.6 m above the floor of a hall, with walls at 5 m on both sides, and
+/// perhaps somebody, a box by its lowest and highest corner.
+fn ring_scan(x: f64, visitor: Option<[[f64; 3]; 2]>, random: &mut SplitMix64) -> Vec<Point> {
+    let ray = |index: u32| {
+        let [elevation, azimuth] = [2 * (index % 16), 4 * (index / 16)].map(f64::from);
+        let [elevation, azimuth] = [elevation - 15.0, azimuth].map(f64::to_radians);
+        [elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()]
+    };
+    let eye = [x, 0.0, 0.6];
+    let read = |direction: [f64; 3]| {
+        let floor = if direction[2] < 0.0 { -eye[2] / direction[2] } else { f64::INFINITY };
+        let mut range = floor.min(5.0 / direction[1].abs());
+        if let Some(corners) = visitor {
+            let ways =
+                [0, 1, 2].map(|axis| corners.map(|corner| (corner[axis] - eye[axis]) / direction[axis]));
+            let enters = ways.iter().fold(0.0, |enters, [a, b]| f64::max(enters, a.min(*b)));
+            let leaves = ways.iter().fold(f64::INFINITY, |leaves, [a, b]| f64::min(leaves, a.max(*b)));
+            range = if enters <= leaves { range.min(enters) } else { range };
+        }
+        let noisy = range + 0.01 * dymlm_test_support::normal(random);
+        direction.map(|c| (noisy * c) as f32)
+    };
+    (0..16 * 90).map(ray).map(read).filter(|point| norm(point.map(f64::from)) < 20.0).collect()
+}
+
+/// Regression: a flat ray passes over much of the floor before it ends on it, nearer to it than half a cell.
+/// The rings of a lidar looked through the floor where they were about to read it, and behind a robot the
+/// floor was gone.
+#[test]
+fn floor_and_walls_stay_behind_a_lidar_that_drives_and_who_was_there_does_not() {
+    let (mut map, mut random) = (empty(), SplitMix64::new(11));
+    let visitor = [[8.0, 1.8, 0.0], [8.4, 2.2, 1.0]];
+    for step in 0..100_u32 {
+        let x = 0.15 * f64::from(step);
+        let pose = Pose::new([x, 0.0, 0.6], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        let points = ring_scan(x, (step < 33).then_some(visitor), &mut random);
+        map.insert_scan(0.1 * f64::from(step), &points, &pose).unwrap();
+    }
+    let verdicts = map.verdicts();
+    let places: Vec<[f64; 3]> =
+        map.voxels(Selection::All).map(|voxel| voxel.position.map(f64::from)).collect();
+    let stays_within = |low: [f64; 3], high: [f64; 3]| {
+        let is_within = |place: &&[f64; 3]| (0..3).all(|axis| (low[axis]..high[axis]).contains(&place[axis]));
+        let asked: Vec<_> = places.iter().filter(is_within).map(|place| verdicts.at(*place)).collect();
+        let stay = asked.iter().filter(|verdict| **verdict == Some(Verdict::Static)).count();
+        assert!(asked.len() > 150, "{} voxels", asked.len());
+        stay as f64 / asked.len() as f64
+    };
+    for y in 0..5 {
+        let share = stays_within([9.0, f64::from(y), -0.05], [13.0, f64::from(y) + 0.9, 0.05]);
+        assert!(share > 0.95, "{share} of the floor at {y} m");
+    }
+    assert!(stays_within([9.0, 4.9, 0.1], [13.0, 5.1, 2.0]) > 0.99);
+    assert!(stays_within([7.9, 1.7, 0.1], [8.5, 2.3, 1.1]) < 0.01);
 }
