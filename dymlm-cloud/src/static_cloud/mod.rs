@@ -486,7 +486,7 @@ impl StaticCloud {
     /// Copies of a block's points and their colours, without bringing it back to memory.
     pub(crate) fn copied(&self, slot: usize) -> (Vec<Point>, Vec<Rgb>) {
         let block = self.blocks.get(slot).map(|block| block.look());
-        block.map_or_else(Default::default, |block| (block.points.to_vec(), block.colors.to_vec()))
+        block.map_or_else(Default::default, |block| (block.points.clone(), block.colors.clone()))
     }
 
     /// Whether a block has points, without bringing it back to memory.

@@ -204,7 +204,7 @@ fn what_was_never_confirmed_and_is_looked_past_again_and_again_is_dropped() {
     let board = crate::common::upright([0.0, 1.4, 1.0], 0.25, 0.25);
     let view = |x: f64| crate::common::look_at([x, 0.0, 1.0], [x / 2.0, 1.4, 1.0]);
     let with_board = detect(&World::of(&[wall, board]), view(0.0), 0);
-    let mut map = map_of(&[with_board.clone()]);
+    let mut map = map_of(std::slice::from_ref(&with_board));
     let seen = all_planes(&map).len();
     assert_eq!(seen, 2);
     // Nor is one that was seen twice, and missed between.
