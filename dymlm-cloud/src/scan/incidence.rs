@@ -1,18 +1,20 @@
 use dymlm_core::vector3::{Vector3, cross, difference, norm};
 
-/// Bins on each side of the faces of a cube around the sensor: in the middle of a face they are 1.3 degrees wide.
+/// Bins on each side of the faces of a cube around the sensor: in the middle of a face they are 1.3 degrees
+/// wide.
 const BINS: i32 = 90;
-/// From how many bins away on a ray's neighbours are looked for, since a ring lies in two bins of a column, ...
+/// From how many bins away on a ray's neighbours are looked for, since a ring lies in two bins of a column,
+/// ...
 const NEXT: i32 = 2;
 /// ... and how far: farther than the rings of most lidars are apart (those of 16 rings two degrees).
 const REACH: i32 = 6;
 
 /// The nearest reading of a scan in each direction, which tells how flatly rays meet what they read.
 ///
-/// A ray that ends far behind a reading beside it may end on the surface that this one is on: a lidar on a robot
-/// reads the floor in rings, metres apart, and a ray that descends by 3 degrees is for the last 80 cm less than a
-/// cell of the evidence above it. What it passes there is no free space. Only along the surface's normal the
-/// tolerance tells what a ray has passed.
+/// A ray that ends far behind a reading beside it may end on the surface that this one is on: a lidar on a
+/// robot reads the floor in rings, metres apart, and a ray that descends by 3 degrees is for the last 80 cm
+/// less than a cell of the evidence above it. What it passes there is no free space. Only along the surface's
+/// normal the tolerance tells what a ray has passed.
 #[derive(Debug, Clone, Default)]
 pub(super) struct NearestReadings {
     /// By face and bin: from the sensor to the reading, metres; 0 where nothing was read.
@@ -34,8 +36,8 @@ impl NearestReadings {
         }
     }
 
-    /// The least sine of the angle at which the ray to `end` may meet a surface that is also on a reading beside the
-    /// ray. Readings that are less than `noise` metres nearer tell nothing.
+    /// The least sine of the angle at which the ray to `end` may meet a surface that is also on a reading
+    /// beside the ray. Readings that are less than `noise` metres nearer tell nothing.
     pub(super) fn sine_of_incidence(&self, end: Vector3, noise: f64) -> f64 {
         let ([face, u, v], range) = (bin_of(end), norm(end));
         let neighbour = |[du, dv]: [i32; 2]| {

@@ -1,5 +1,7 @@
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use dymlm_core::vector3::dot;
 use dymlm_core::{FrameId, Pages, Pose};
 
 use super::new_poses::new_poses;
@@ -8,7 +10,7 @@ use super::report::{CorrectionProgress, CorrectionReport};
 use crate::key_frame_view::MappingContext;
 use crate::replay::Replay;
 use crate::session_log::{Event, InsertedFrame};
-use crate::snapshots::Steps;
+use crate::snapshots::{Snapshots, Steps};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Maps that follow a SLAM's pose corrections, when a [history](dymlm_history::HistoryConfig) is kept.
@@ -108,8 +110,9 @@ impl MapBuilder {
         report
     }
 
-    /// Moves the whole world: each point, and so each frame's pose, becomes `new_from_old` times what it was.
-    /// Costs what [`Self::correct_poses`] does.
+    /// Moves the whole world: each point, and so each frame's pose, becomes `new_from_old` times what it was;
+    /// a [given](dymlm_objects::ParameterizationConfig::up) direction up turns with it. Costs what
+    /// [`Self::correct_poses`] does.
     ///
     /// # Errors
     ///
@@ -117,7 +120,25 @@ impl MapBuilder {
     pub fn transform(&mut self, new_from_old: &Pose) -> Result<CorrectionReport, Error> {
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let poses: Vec<Pose> = log.poses().map(|pose| *new_from_old * pose).collect();
-        self.correct_from(None, &poses, &mut |_| true)
+        let before = Arc::clone(&self.config);
+        self.turn_given_up(new_from_old);
+        let report = self.correct_from(None, &poses, &mut |_| true);
+        if report.is_err() {
+            self.config = before;
+        }
+        report
+    }
+
+    /// Turns the direction that the config says is up. Where it stays what it is, as in a turn about it,
+    /// rounding must not change it.
+    fn turn_given_up(&mut self, new_from_old: &Pose) {
+        let Some(up) = self.config.objects.parameterization.up else { return };
+        let turned = new_from_old.rotate(up);
+        if dot(up, turned) < (1.0 - 1e-12) * dot(up, up) {
+            Arc::make_mut(&mut self.config).objects.parameterization.up = Some(turned);
+            // Maps of before have the other direction.
+            self.snapshots = Snapshots::new();
+        }
     }
 
     /// The frames that were inserted, in the order of their ids, with their times and their poses as they are

@@ -55,6 +55,35 @@ fn maps_that_were_corrected_back_are_the_first_to_the_bit() {
     assert!(fingerprint_without_ids(builder.map()) == first);
 }
 
+/// Regression: it stayed, and all objects were made upright by it.
+#[test]
+fn what_is_said_to_be_up_turns_with_the_world() {
+    let mut config = with_history();
+    config.objects.parameterization.up = Some([0.0, 0.0, 1.0]);
+    let mut builder = MapBuilder::new(config).unwrap();
+    insert_all(&mut builder, &frames(6));
+    let heights = |builder: &MapBuilder, up: [f64; 3]| -> Vec<f64> {
+        let objects = builder.map().objects().objects();
+        objects
+            .map(|object| (0..3).map(|axis| object.oriented_box().center()[axis] * up[axis]).sum())
+            .collect()
+    };
+    let before = heights(&builder, [0.0, 0.0, 1.0]);
+    let half = 0.5_f64.sqrt();
+    builder.transform(&Pose::new([0.0; 3], [half, 0.0, 0.0, half]).unwrap()).unwrap();
+    let up = builder.map().up().unwrap();
+    assert!((up[1] + 1.0).abs() < 1e-9, "{up:?}");
+    let after = heights(&builder, up);
+    assert!(!before.is_empty() && before.len() == after.len());
+    assert!(before.iter().zip(&after).all(|(a, b)| (a - b).abs() < 0.02), "{before:?} {after:?}");
+    let configs = [builder.config(), builder.map().config()];
+    let [own, saved] = configs.map(|config| config.objects.parameterization.up.unwrap());
+    assert!(own == saved && (own[1] + 1.0).abs() < 1e-9);
+    // A turn about it changes nothing of it.
+    builder.transform(&Pose::new([1.0, 2.0, 3.0], [0.0, -0.28, 0.0, 0.96]).unwrap()).unwrap();
+    assert_eq!(builder.map().up(), Some(up));
+}
+
 #[test]
 fn nothing_changes_without_a_change() {
     let mut builder = mapped(&frames(8));
