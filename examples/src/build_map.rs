@@ -476,7 +476,7 @@ fn correct(
         return Ok(None);
     }
     let bar = progress_bar(0, "correcting");
-    // Interrupted before, it is a recording whose first part is wanted whole.
+    // Who has ended the mapping early still wants what was mapped corrected.
     let was_interrupted = interrupted.load(Ordering::Relaxed);
     let (report, cost) = timed(|| {
         builder.correct_poses_watched(&given, &mut |progress| {

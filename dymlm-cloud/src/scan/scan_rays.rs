@@ -64,7 +64,8 @@ impl ScanRays {
         let far_enough = sensor.max_depth + 2.0 * look.tolerance(sensor.max_depth);
         for &point in points {
             let reading = range(point);
-            if reading >= sensor.min_depth && reading.is_finite() {
+            // A reading of 0 has no direction.
+            if reading > 0.0 && reading >= sensor.min_depth && reading.is_finite() {
                 let shortened = f64::from(far_enough.min(reading) / reading);
                 let place = world_from_sensor.transform_point(point.map(|c| f64::from(c) * shortened));
                 let (block, index) = split(place.map(|c| (c / look.cell_size()).floor() as i32));

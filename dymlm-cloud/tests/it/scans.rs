@@ -171,6 +171,14 @@ fn what_is_no_reading_is_passed_over_and_what_is_no_scan_refused() {
     let report = map.insert_scan(0.0, &out_of_range, &Pose::identity()).unwrap();
     assert_eq!((report.readings, map.held_voxels()), (0, 0));
     assert_eq!(map.insert_scan(0.0, &[], &Pose::identity()).unwrap().readings, 0);
+    // A lidar's packets have zeros for rays that met nothing, whatever the range.
+    let mut near =
+        CloudMap::new(CloudMapConfig::default(), SensorModel { min_depth: 0.0, ..lidar() }).unwrap();
+    near.insert_scan(0.0, &[], &Pose::identity()).unwrap();
+    let before = near.memory_bytes();
+    let aside = Pose::new([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    assert_eq!(near.insert_scan(0.0, &[[0.0; 3]; 9], &aside).unwrap().readings, 0);
+    assert!(near.memory_bytes() < before + 1000, "no evidence of anything");
 
     let points = [[2.0, 0.0, 0.0]];
     map.insert_scan(1.0, &points, &Pose::identity()).unwrap();
