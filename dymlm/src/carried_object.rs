@@ -75,8 +75,8 @@ impl MapBuilder {
     ///
     /// The tracker's object frame is the object's box: origin in its middle, axes along its sides. Cuboids
     /// are followed by their box, other things by their points. The tracker is the caller's: where poses are
-    /// corrected, it must be told ([`ObjectTracker::move_world`]). It takes the place of any earlier tracker of
-    /// the object.
+    /// corrected, it must be told ([`ObjectTracker::move_world`]). It takes the place of any earlier tracker
+    /// of the object.
     ///
     /// # Errors
     ///

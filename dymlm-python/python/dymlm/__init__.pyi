@@ -417,7 +417,9 @@ class MapReader:
         """The maps that were published last."""
 
     def wait_newer(self, than: Map, timeout: float) -> Map | None:
-        """Waits for maps that are newer than these, at most `timeout` seconds; None when none came."""
+        """Waits for maps that are newer than these, at most `timeout` seconds; None when none came. Ctrl-C ends
+        it.
+        """
 
 @final
 class MapSaver:
