@@ -156,17 +156,8 @@ impl ObjectCloud {
             };
             let left: BTreeSet<VoxelKey> = self.voxels.keys().flat_map(cells_of).collect();
             self.cells.retain(|cell, _| left.contains(cell));
-            self.refine();
         }
         is_changed
-    }
-
-    /// Goes on with voxels of the smallest side. Those that are left become one each, so that they do not get
-    /// more.
-    fn refine(&mut self) {
-        self.level = 0;
-        let coarse = std::mem::take(&mut self.voxels);
-        self.voxels = coarse.into_values().map(|voxel| (self.key(voxel.place()), voxel)).collect();
     }
 
     /// Adds the points of another object's cloud.
@@ -324,31 +315,6 @@ mod tests {
         let (far, near): (Vec<_>, Vec<_>) = places.partition(|&place| is_far(place));
         assert!(near.iter().all(|&place| cloud.holds(place)));
         assert!(!far.iter().any(|&place| place[0] > 0.6 + CELL && cloud.holds(place)));
-    }
-
-    #[test]
-    fn what_was_smeared_along_a_way_becomes_fine_again_where_it_stands() {
-        let mut cloud = ObjectCloud::new([0.5; 3], 0.01);
-        let add_at = |cloud: &mut ObjectCloud, shift: f64, seed: u32| {
-            let pose = Pose::new([shift, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
-            let patch = cloud.patch(&points(seed), 1, &pose, &SensorModel::kinect(), |_| true);
-            cloud.add(&patch, 300);
-        };
-        for push in 0..20 {
-            add_at(&mut cloud, 0.5 * f64::from(push), push);
-        }
-        assert!(cloud.level > 0);
-        let (before, weight) =
-            (cloud.len(), |cloud: &ObjectCloud| -> u32 { cloud.points().map(|it| it.1).sum() });
-        let of_all = weight(&cloud);
-        assert!(cloud.take_out(|place| place[0] < 0.5 * 19.0 + 0.2));
-        assert!(
-            cloud.level == 0 && cloud.len() < before && weight(&cloud) < of_all && !cloud.voxels.is_empty()
-        );
-        assert!(cloud.voxels.iter().all(|(key, voxel)| *key == cloud.key(voxel.place())));
-        let coarse = cloud.len();
-        add_at(&mut cloud, 0.5 * 19.0, 19);
-        assert!(cloud.level == 0 && cloud.len() > 100 + coarse, "{} voxels after {coarse}", cloud.len());
     }
 
     #[test]
