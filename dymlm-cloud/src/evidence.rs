@@ -248,8 +248,8 @@ impl Evidence {
 
     /// The counts of the cell of a voxel, of all frames together.
     pub(crate) fn of_voxel(&self, voxel: [i32; 3]) -> Support {
-        let (block, index) = self.cell_of(voxel);
-        self.blocks.get(BlockKey::new(block)).map_or(Support::default(), |block| block.total(index))
+        let (block, _) = self.cell_of(voxel);
+        self.of_voxel_in(self.blocks.get(BlockKey::new(block)), voxel)
     }
 
     /// The block in which the cell of a voxel is, as are those of all voxels in one block, without bringing

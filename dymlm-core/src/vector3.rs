@@ -104,9 +104,41 @@ pub fn distances_to_box(place: Vector3, [low, high]: [Vector3; 2]) -> [f64; 2] {
     [norm(nearest), norm(farthest)]
 }
 
+/// The distances at which a ray enters and leaves a box (lowest and highest corner), in lengths of its
+/// direction, 0 where it begins in the box; `None` when it misses the box or begins nowhere.
+pub fn crossing(origin: Vector3, direction: Vector3, [low, high]: [Vector3; 2]) -> Option<[f64; 2]> {
+    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        if !origin[axis].is_finite() {
+            return None;
+        }
+        let ends = [low, high].map(|end| end[axis] - origin[axis]);
+        if direction[axis] == 0.0 {
+            if ends[0] > 0.0 || ends[1] < 0.0 {
+                return None;
+            }
+            continue;
+        }
+        let [a, b] = ends.map(|end| end / direction[axis]);
+        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+    }
+    (enter <= leave).then_some([enter, leave])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ray_crosses_a_box_between_its_sides() {
+        let cube = [[0.0; 3], [2.0; 3]];
+        assert_eq!(crossing([-1.0, 1.0, 1.0], [1.0, 0.0, 0.0], cube), Some([1.0, 3.0]));
+        assert_eq!(crossing([1.0, 1.0, 1.0], [0.0, -0.5, 0.0], cube), Some([0.0, 2.0]));
+        assert_eq!(crossing([-1.0, -1.0, 1.0], [1.0, 1.0, 0.0], cube), Some([1.0, 3.0]));
+        assert_eq!(crossing([-1.0, 3.0, 1.0], [1.0, 0.0, 0.0], cube), None, "beside it");
+        assert_eq!(crossing([3.0, 1.0, 1.0], [1.0, 0.0, 0.0], cube), None, "behind the ray");
+        assert_eq!(crossing([f64::NAN, 1.0, 1.0], [1.0, 0.0, 0.0], cube), None);
+    }
 
     #[test]
     fn a_box_is_as_near_as_its_surface_and_as_far_as_its_corner() {

@@ -152,14 +152,13 @@ impl MapBuilder {
         };
         let is_carried = update.state != ObjectState::AtRest;
         self.set_held(object, is_carried);
-        let newest = self.newest_mapped().map(|(frame, _)| frame);
-        let followed = self.followed.entry(object).or_default();
         if moved.is_some() {
             // Now the maps have it where its tracker has it.
-            *followed = Followed { put_down_by: newest, ..Followed::default() };
+            let put_down_by = self.newest_mapped().map(|(frame, _)| frame);
+            self.followed.insert(object, Followed { put_down_by, ..Followed::default() });
         }
         let body = || body_at(tracker, &update.world_from_object, RIM_WHILE_MOVING);
-        followed.body = is_carried.then(body).flatten();
+        self.followed.entry(object).or_default().body = is_carried.then(body).flatten();
         Ok(moved)
     }
 

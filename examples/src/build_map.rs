@@ -280,9 +280,8 @@ fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder
 /// Whether a file lies in a folder or in one of its folders; neither need be there yet.
 fn lies_in(file: &Path, folder: &Path) -> bool {
     let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    file.ancestors()
-        .skip(1)
-        .any(|ancestor| !ancestor.as_os_str().is_empty() && real(ancestor) == real(folder))
+    let folder = real(folder);
+    file.ancestors().skip(1).any(|ancestor| !ancestor.as_os_str().is_empty() && real(ancestor) == folder)
 }
 
 /// Whether two paths lead to one file or folder.

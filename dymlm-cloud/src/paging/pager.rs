@@ -153,7 +153,7 @@ impl CloudPager {
             }
             gone += self.choose_block(map, slot);
         }
-        gone + self.choose_brought_back(map, excess - gone.min(excess))
+        gone + self.choose_brought_back(map, excess.saturating_sub(gone))
     }
 
     /// Chooses blocks in the file of which a query has brought back something, until they free so many bytes.

@@ -1,4 +1,4 @@
-use dymlm_core::vector3::{along, bounds, difference, dot, unit};
+use dymlm_core::vector3::{along, bounds, crossing, difference, dot, unit};
 
 use super::{StaticPoint, StaticPoints};
 use crate::block_store::BlockKey;
@@ -40,7 +40,7 @@ impl StaticPoints<'_> {
         let [first, last] = self.cloud.bounds()?.map(|block| BlockKey::new(block).bounds(self.voxel_size()));
         let margin = radius + self.slack();
         let grown = [first[0].map(|c| c - margin), last[1].map(|c| c + margin)];
-        let [mut from, end] = part_in(grown, origin, direction)?;
+        let [mut from, end] = crossing(origin, direction, grown)?;
         let end = end.min(max_range);
         // In parts as long as a block.
         while from <= end {
@@ -71,22 +71,4 @@ impl StaticPoints<'_> {
         }
         None
     }
-}
-
-/// Where a ray enters a box (lowest and highest corner) and leaves it, from its origin on; `None` when it
-/// misses it.
-fn part_in([low, high]: [[f64; 3]; 2], origin: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
-    let (mut from, mut to) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        let sides = [low[axis] - origin[axis], high[axis] - origin[axis]];
-        if direction[axis] == 0.0 {
-            if sides[0] > 0.0 || sides[1] < 0.0 {
-                return None;
-            }
-        } else {
-            let [one, other] = sides.map(|side| side / direction[axis]);
-            (from, to) = (from.max(one.min(other)), to.min(one.max(other)));
-        }
-    }
-    (from <= to).then_some([from, to])
 }

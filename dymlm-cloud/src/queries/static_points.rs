@@ -116,7 +116,7 @@ impl StaticPoints<'_> {
     /// none.
     pub fn block(&self, place: [i32; 3]) -> CloudBlock {
         let has_key = place.iter().all(|c| BlockKey::has_block(*c));
-        let slot = if has_key { self.slot_with_points(BlockKey::new(place)) } else { None };
+        let slot = if has_key { self.map.voxels.slot(BlockKey::new(place)) } else { None };
         let (points, colors) = slot.map(|slot| self.cloud.copied(slot)).unwrap_or_default();
         CloudBlock { place, points, colors }
     }

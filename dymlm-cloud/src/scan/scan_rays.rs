@@ -18,10 +18,6 @@ pub(crate) struct ScanRays {
     passed: CellSet,
 }
 
-/// How many deviations of a reading's noise two readings of one place differ by at most: three of a
-/// difference.
-const NOISE_SIGMAS: f64 = 3.0 * std::f64::consts::SQRT_2;
-
 /// A ray, and the part of it that shows free space, metres.
 struct Ray {
     origin: [f64; 3],
@@ -46,7 +42,8 @@ impl ScanRays {
                 // The tolerance at the ray's end, which is the greatest on it, counts along the normal of
                 // what it meets there.
                 let depth = (reading as f32).min(sensor.max_depth);
-                let noise = NOISE_SIGMAS * f64::from(sensor.sigma(depth));
+                // Two readings of one place differ by the noise of both.
+                let noise = sensor.tolerance(depth, sensor.sigma(depth).into());
                 let sine = nearest.sine_of_incidence(way, noise);
                 let to = (reading - f64::from(look.tolerance(depth)) / sine).min(sensor.max_depth.into());
                 let ray = Ray { origin, direction, from: sensor.min_depth.into(), to };

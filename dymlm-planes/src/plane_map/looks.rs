@@ -148,9 +148,13 @@ mod tests {
     use super::*;
 
     fn looks(tallies: &[(u64, u64)]) -> Looks {
+        looks_from(0, tallies)
+    }
+
+    fn looks_from(first: u64, tallies: &[(u64, u64)]) -> Looks {
         let mut looks = Looks::default();
-        for (look, &(looked, saw)) in tallies.iter().enumerate() {
-            (0..looked).for_each(|frame| looks.count(FrameId::new(look as u64), frame < saw));
+        for (&(looked, saw), look) in tallies.iter().zip(first..) {
+            (0..looked).for_each(|frame| looks.count(FrameId::new(look), frame < saw));
         }
         looks
     }
@@ -189,21 +193,10 @@ mod tests {
     #[test]
     fn the_last_part_of_a_long_look_stands_for_all_of_it() {
         // Of the last look, which has seen the older plane less and less, or of one before that.
-        let numbered = |first: u64, tallies: &[(u64, u64)]| {
-            let mut looks = Looks::default();
-            for (&(looked, saw), look) in tallies.iter().zip(first..) {
-                (0..looked).for_each(|frame| looks.count(FrameId::new(look), frame < saw));
-            }
-            looks
-        };
         let (older, later, since) =
-            (looks(&[(7, 7), (400, 300)]), numbered(1, &[(200, 100)]), numbered(1, &[(200, 150)]));
+            (looks(&[(7, 7), (400, 300)]), looks_from(1, &[(200, 100)]), looks_from(1, &[(200, 150)]));
         assert_eq!(Looks::united([older, later], since), looks(&[(7, 7), (200, 150)]));
-        let (older, later, since) = (
-            looks(&[(400, 300), (30, 30)]),
-            numbered(0, &[(200, 100), (30, 30)]),
-            numbered(0, &[(200, 150), (30, 30)]),
-        );
+        let [older, later, since] = [(400, 300), (200, 100), (200, 150)].map(|long| looks(&[long, (30, 30)]));
         let united = Looks::united([older, later], since);
         assert_eq!(united.total(), since.total());
     }

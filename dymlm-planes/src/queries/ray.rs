@@ -1,5 +1,5 @@
 use dymlm_core::PlaneId;
-use dymlm_core::vector3::{along, bounds, dot, unit};
+use dymlm_core::vector3::{along, bounds, crossing, dot, unit};
 
 use crate::patches::VoxelBox;
 use crate::plane_map::{MapPlane, PlaneMap};
@@ -57,27 +57,6 @@ impl PlaneMap {
     pub fn plane_under(&self, point: [f64; 3], up: [f64; 3], max_distance: f64) -> Option<PlaneHit> {
         self.cast_ray(point, up.map(|x| -x), max_distance)
     }
-}
-
-/// The distances at which a ray enters and leaves a box (lowest and highest corner); `None` when it misses the
-/// box or begins nowhere.
-fn crossing(origin: [f64; 3], direction: [f64; 3], [low, high]: [[f64; 3]; 2]) -> Option<[f64; 2]> {
-    let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        if !origin[axis].is_finite() {
-            return None;
-        }
-        let ends = [low, high].map(|end| end[axis] - origin[axis]);
-        if direction[axis] == 0.0 {
-            if ends[0] > 0.0 || ends[1] < 0.0 {
-                return None;
-            }
-            continue;
-        }
-        let [a, b] = ends.map(|end| end / direction[axis]);
-        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
-    }
-    (enter <= leave).then_some([enter, leave])
 }
 
 fn hit(plane: &MapPlane, origin: [f64; 3], direction: [f64; 3], max_range: f64) -> Option<PlaneHit> {
