@@ -199,9 +199,11 @@ impl MapBuilder {
     pub(crate) fn process_ready(&mut self) -> Result<Vec<FrameReport>, Error> {
         while let Some(ready) = self.waiting.pop_ready() {
             // After an error, the next call gives the reports of the frames before it.
-            self.pager.page_out(&mut self.map, &mut self.snapshots)?;
             let report = self.process(ready.id, &ready.input(), &ready.carried)?;
             self.released.push(report);
+            // A frame that has waited must not be lost on a full disk: the next frame that is inserted tells of
+            // that, before anything has changed.
+            self.pager.page_out(&mut self.map, &mut self.snapshots).ok();
         }
         Ok(std::mem::take(&mut self.released))
     }
