@@ -210,7 +210,7 @@ impl CloudMap {
         }
         self.drop_empty_voxels();
         // The newest frame is still the newest, unless it was this one.
-        self.evidence.set_epoch(before.evidence.epoch());
+        self.evidence.set_newest(before.evidence.newest());
         Ok(())
     }
 

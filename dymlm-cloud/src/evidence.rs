@@ -23,6 +23,8 @@ use crate::support::Support;
 /// Side of a cell, metres; rounded to the nearest power of two of voxels, at least one. Smaller cells may be
 /// missed by the one reading at their centre, larger ones hold both a surface and the free space before it.
 const CELL_SIZE: f64 = 0.04;
+/// The latest epoch of a map without frames.
+const NO_EPOCH: i32 = i32::MIN;
 
 /// Counts, by [periods](Epochs) of time, for and against each place being static: the frames that have read a
 /// surface there, those that have read a mover, and those that have looked through it.
@@ -42,8 +44,10 @@ pub(crate) struct Evidence {
     /// The cells that the rays of the last scan passed.
     rays: ScanRays,
     blocks: BlockStore<EvidenceBlock>,
-    /// The epoch of the current frame.
+    /// The epoch of the current frame, which may be an older one.
     epoch: i32,
+    /// The latest epoch of all frames: what is present is what was seen in it.
+    newest: i32,
     /// Number of changes so far.
     revision: u32,
     reads: FrameReads,
@@ -76,7 +80,8 @@ impl Evidence {
             look_through: LookThrough::new(voxel_size * f64::from(1_u32 << cell_shift), sensor),
             rays: ScanRays::default(),
             blocks: BlockStore::default(),
-            epoch: 0,
+            epoch: NO_EPOCH,
+            newest: NO_EPOCH,
             revision: 0,
             reads: FrameReads::default(),
             is_overdrawn: false,
@@ -91,6 +96,7 @@ impl Evidence {
     /// Begins the frame of a time.
     pub(crate) fn begin_frame(&mut self, timestamp: f64) {
         self.epoch = epoch_of(timestamp);
+        self.newest = self.newest.max(self.epoch);
         self.revision += 1;
     }
 
@@ -99,20 +105,20 @@ impl Evidence {
         self.revision
     }
 
-    /// The epoch of the current frame.
-    pub(crate) fn epoch(&self) -> i32 {
-        self.epoch
+    /// The latest epoch of all frames.
+    pub(crate) fn newest(&self) -> i32 {
+        self.newest
     }
 
-    /// Goes back to the epoch of the newest frame, after one was taken out.
-    pub(crate) fn set_epoch(&mut self, epoch: i32) {
-        self.epoch = epoch;
+    /// Goes back to a latest epoch, after a frame was taken out.
+    pub(crate) fn set_newest(&mut self, newest: i32) {
+        self.newest = newest;
     }
 
-    /// Goes on from a saved epoch and revision.
+    /// Goes on from a saved latest epoch and revision.
     #[cfg(feature = "state")]
-    pub(crate) fn restore(&mut self, epoch: i32, revision: u32) {
-        (self.epoch, self.revision) = (epoch, revision);
+    pub(crate) fn restore(&mut self, newest: i32, revision: u32) {
+        (self.newest, self.revision) = (newest, revision);
     }
 
     /// Puts a block where there is none.
@@ -200,12 +206,22 @@ impl Evidence {
         voxel.map(|c| c >> self.cell_shift)
     }
 
-    /// What the counts of a cell from before the current epoch say, or those of the current one when there
+    /// What the counts of a cell from before the newest epoch say, or those of the newest one when there
     /// are no others; `None` when nothing was ever seen of the block around it.
     pub(crate) fn settled_opinion(&self, cell: [i32; 3], looks_per_reading: f32) -> Option<Opinion> {
         let (block, index) = split(cell);
-        let epochs = &self.blocks.get(BlockKey::new(block))?.epochs;
-        Some(Opinion::of(epochs.settled(index, self.epoch), looks_per_reading))
+        let block = self.blocks.get(BlockKey::new(block))?;
+        Some(self.settled_opinion_in(block, index, looks_per_reading))
+    }
+
+    /// The same for a cell of this block, by its index.
+    pub(crate) fn settled_opinion_in(
+        &self,
+        block: &EvidenceBlock,
+        index: usize,
+        looks_per_reading: f32,
+    ) -> Opinion {
+        Opinion::of(block.epochs.settled(index, self.newest), looks_per_reading)
     }
 
     /// Whether any frame has looked through the cell of a voxel.
@@ -304,9 +320,8 @@ impl Evidence {
     /// Forgets what speaks against some cells of a block, and gives each so many surface readings.
     pub(crate) fn give_support(&mut self, block: [i32; 3], cells: &BTreeMap<usize, u32>) {
         let slot = self.blocks.slot_or_insert(BlockKey::new(block));
-        let epoch = self.epoch;
         if let Some(block) = self.blocks.block_mut(slot) {
-            block.epochs.period_mut(epoch);
+            block.epochs.period_mut(self.newest);
             block.epochs.give_support(cells);
         }
         self.revision += 1;
@@ -326,7 +341,7 @@ impl Evidence {
     /// Adds another map's evidence.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.revision += 1;
-        self.epoch = self.epoch.max(other.epoch);
+        self.newest = self.newest.max(other.newest);
         for (key, theirs) in other.blocks.keys().iter().zip(other.blocks.blocks().iter()) {
             let slot = self.blocks.slot_or_insert(*key);
             if let Some(block) = self.blocks.block_mut(slot) {

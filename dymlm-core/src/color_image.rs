@@ -147,7 +147,8 @@ impl ColorImage {
     /// The colour at pixel (u, v); `None` outside the image.
     #[inline]
     pub fn at(&self, u: usize, v: usize) -> Option<Rgb> {
-        if u < self.width { self.data.get(v * self.width + u).copied() } else { None }
+        let is_inside = u < self.width && v < self.height;
+        if is_inside { self.data.get(v * self.width + u).copied() } else { None }
     }
 
     /// Gives the buffer back, so that the next frame can be read into it.

@@ -161,7 +161,8 @@ impl DepthImage {
     /// The depth at pixel (u, v); 0 when there is no reading or the pixel lies outside the image.
     #[inline]
     pub fn at(&self, u: usize, v: usize) -> f32 {
-        if u < self.width { self.data.get(v * self.width + u).copied().unwrap_or(0.0) } else { 0.0 }
+        let is_inside = u < self.width && v < self.height;
+        if is_inside { self.data.get(v * self.width + u).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
     /// Gives the buffer back, so that the next frame can be read into it.

@@ -167,17 +167,21 @@ impl Mask {
     /// The value at pixel (u, v); `false` outside the image.
     #[inline]
     pub fn at(&self, u: usize, v: usize) -> bool {
+        if u >= self.width || v >= self.height {
+            return false;
+        }
         let word = self.words.get(v * self.words_per_row() + u / WORD);
-        u < self.width && word.is_some_and(|word| word >> (u % WORD) & 1 == 1)
+        word.is_some_and(|word| word >> (u % WORD) & 1 == 1)
     }
 
     /// Sets the value at pixel (u, v); nothing happens outside the image.
     #[inline]
     pub fn set(&mut self, u: usize, v: usize, value: bool) {
+        if u >= self.width || v >= self.height {
+            return;
+        }
         let index = v * self.words_per_row() + u / WORD;
-        if u < self.width
-            && let Some(word) = self.words.get_mut(index)
-        {
+        if let Some(word) = self.words.get_mut(index) {
             let bit = 1 << (u % WORD);
             *word = if value { *word | bit } else { *word & !bit };
         }

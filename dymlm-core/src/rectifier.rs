@@ -29,6 +29,9 @@ pub struct Rectifier {
     places: Vec<Place>,
 }
 
+/// Halvings of a box in search of the end of what a lens model describes: to a hundredth of a pixel.
+const BISECTIONS: usize = 17;
+
 /// Where a pixel lies in the raw image.
 #[derive(Debug, Clone, Copy)]
 struct Place {
@@ -141,7 +144,8 @@ impl Rectifier {
     }
 
     /// The smallest box that holds the border of a box of the raw image, sampled in 32 places; `None` when
-    /// the lens shows nothing there.
+    /// the lens shows nothing there. Where the border lies outside the part of the image that the lens model
+    /// describes, the end of that part takes its place, or the rectified image's border before it.
     #[must_use]
     pub fn rectify_box(&self, bounding_box: &BoundingBox) -> Option<BoundingBox> {
         let sides = <[f32; 4]>::from(*bounding_box).map(f64::from);
@@ -151,11 +155,32 @@ impl Rectifier {
             let (x, y) = (between(x_min, x_max, step), between(y_min, y_max, step));
             [[x, y_min], [x, y_max], [x_min, y], [x_max, y]]
         });
+        // What the model describes lies around the principal point: none of the box, where not the nearest to that.
+        let nearest = [self.raw.cx().clamp(x_min, x_max), self.raw.cy().clamp(y_min, y_max)];
+        self.rectify_point(nearest)?;
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        for [x, y] in border.filter_map(|place| self.rectify_point(place)) {
+        for [x, y] in border.filter_map(|place| self.rectify_toward(place, nearest)) {
             bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
         }
         BoundingBox::try_from(bounds.map(|side| side as f32)).ok()
+    }
+
+    /// Rectifies a place of the raw image, or the nearest to it, on the way to one that can be rectified, that can be
+    /// as well.
+    fn rectify_toward(&self, place: [f64; 2], other: [f64; 2]) -> Option<[f64; 2]> {
+        let along = |share: f64| [0, 1].map(|axis| place[axis] + share * (other[axis] - place[axis]));
+        if let Some(rectified) = self.rectify_point(place) {
+            return Some(rectified);
+        }
+        let (mut without, mut with) = (0.0, 1.0);
+        for _ in 0..BISECTIONS {
+            let middle = f64::midpoint(without, with);
+            let is_inside = self.rectify_point(along(middle)).is_some();
+            *if is_inside { &mut with } else { &mut without } = middle;
+        }
+        // A lens of 180 degrees has its end at infinity.
+        let [x, y] = self.rectify_point(along(with))?;
+        Some([x.clamp(0.0, self.camera.width() as f64), y.clamp(0.0, self.camera.height() as f64)])
     }
 
     /// A detection in the raw image as one in the rectified image; `None` when the lens shows nothing there,

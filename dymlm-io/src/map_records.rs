@@ -21,7 +21,7 @@ pub struct PlaneRecord {
     pub d: f64,
     /// Mean of the points on it.
     pub centroid: [f64; 3],
-    /// Area within the boundary, holes left out, square metres.
+    /// Area in which points lie on it, square metres: the boundary also holds the smallest holes.
     pub area_m2: f64,
     /// Number of frames in which it was seen.
     pub observations: u32,

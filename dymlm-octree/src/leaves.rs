@@ -102,9 +102,10 @@ impl Lattice {
         if !(min <= max && min < half && max >= -half) {
             return None;
         }
-        let first = self.index(min).unwrap_or(0);
-        let last = self.index(max).unwrap_or(u16::MAX);
-        Some((first, last))
+        // Beyond the border, and just inside it, where rounding may lead out.
+        let nearest = |coordinate: f64| if coordinate > 0.0 { u16::MAX } else { 0 };
+        let index = |coordinate: f64| self.index(coordinate).unwrap_or_else(|| nearest(coordinate));
+        Some((index(min), index(max)))
     }
 }
 

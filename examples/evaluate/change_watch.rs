@@ -156,9 +156,12 @@ impl Watched {
     }
 
     /// How long after it was known to be empty a cell was still held at most, but for the slowest `spared` of
-    /// them. `None` when no frame looked at the place.
+    /// them. `None` when too few frames looked at the place.
     fn gone(&self, map: usize, spared: f64) -> Option<f64> {
-        self.looked[0]?;
+        // None of its cells was looked through often enough to be known as empty.
+        if self.looked[0].is_none() || self.freed.values().all(|looks| looks.known.is_none()) {
+            return None;
+        }
         let slowest = self.checks.iter().filter_map(|check| {
             let held = check.cells[map][0].iter();
             let known = held.filter_map(|cell| self.freed.get(cell)?.known);

@@ -109,6 +109,46 @@ fn record(
     Ok(builder.into_map())
 }
 
+/// A place that a session reports as left, or as come to.
+#[derive(Clone, Copy)]
+struct Told<'a> {
+    object: &'a FoundObject,
+    is_left: bool,
+}
+
+fn told_by(session: &SessionChanges) -> impl Iterator<Item = Told<'_>> {
+    let changes = &session.changes;
+    let left = changes.moved.iter().map(|moved| &moved.from).chain(&changes.vanished);
+    let come = changes.moved.iter().map(|moved| &moved.to).chain(&changes.appeared);
+    let left = left.map(|object| Told { object, is_left: true });
+    left.chain(come.map(|object| Told { object, is_left: false }))
+}
+
+/// For each report, the place that it is about: the nearest true one that no report before it was about.
+fn matched(places: &[ChangedPlace], told: &[Told<'_>]) -> Vec<Option<usize>> {
+    let mut is_taken = vec![false; places.len()];
+    let mut matches = Vec::with_capacity(told.len());
+    for &Told { object, is_left } in told {
+        let apart = |index: usize| {
+            norm(difference(places[index].place.center(), object.oriented_box.center()))
+        };
+        let own = (0..places.len()).filter(|&index| {
+            let place = &places[index];
+            !is_taken[index] && place.is_left == is_left && place.label == object.label && apart(index) < NEAR
+        });
+        let nearest = own.min_by(|&a, &b| apart(a).total_cmp(&apart(b)));
+        if let Some(index) = nearest {
+            is_taken[index] = true;
+        }
+        matches.push(nearest);
+    }
+    matches
+}
+
+fn direction(is_left: bool) -> &'static str {
+    if is_left { "left" } else { "come" }
+}
+
 /// Whether the ray to the middle of a place continues behind it.
 fn looks_through(frame: &Frame, world_from_camera: &Pose, place: &OrientedBox) -> bool {
     let in_camera = world_from_camera.inverse().transform_point(place.center());
@@ -136,24 +176,17 @@ fn merged(mut maps: Vec<MultiLevelMap>) -> Result<MultiLevelMap, AnyError> {
     Ok(maps.pop().ok_or("no recordings")?)
 }
 
-/// Compares the changes that the second day's sessions found with the truth.
+/// Compares the changes that the second day's sessions found with the truth. Nothing has changed within the first
+/// day: what its sessions found is false.
 fn report(places: &[ChangedPlace], [first, second]: &[Seen; 2], found: &[SessionChanges]) {
-    let told = |is_left: bool| {
-        found.iter().flat_map(move |session| {
-            let changes = &session.changes;
-            let moved = changes.moved.iter().map(move |moved| if is_left { &moved.from } else { &moved.to });
-            moved.chain(if is_left { &changes.vanished } else { &changes.appeared })
-        })
-    };
-    let is_it = |place: &ChangedPlace, object: &FoundObject| {
-        let apart = norm(difference(place.place.center(), object.oriented_box.center()));
-        place.label == object.label && apart < NEAR
-    };
     for ChangedPlace { thing, label, place, is_left } in places {
         let [x, y, z] = place.center();
-        let what = if *is_left { "left" } else { "come" };
-        println!("true: {thing} {label} {what} at {x:.2} {y:.2} {z:.2}");
+        println!("true: {thing} {label} {} at {x:.2} {y:.2} {z:.2}", direction(*is_left));
     }
+    // The first session has found no changes.
+    let (first_day, second_day) = found.split_at(found.len().min(RECORDINGS[0] - 1));
+    let told: Vec<Told<'_>> = second_day.iter().flat_map(told_by).collect();
+    let matched = matched(places, &told);
     let (mut asked, mut known) = (0, 0);
     for (index, place) in places.iter().enumerate() {
         let (with, without) = if place.is_left { (first, second) } else { (second, first) };
@@ -162,31 +195,24 @@ fn report(places: &[ChangedPlace], [first, second]: &[Seen; 2], found: &[Session
             continue;
         }
         asked += 1;
-        let is_known = told(place.is_left).any(|object| is_it(place, object));
+        let is_known = matched.contains(&Some(index));
         known += usize::from(is_known);
         if !is_known {
-            let [x, y, z] = place.place.center();
-            let what = if place.is_left { "left" } else { "come" };
+            let ([x, y, z], what) = (place.place.center(), direction(place.is_left));
             println!("missed: {} {what} at {x:.2} {y:.2} {z:.2}, {views} views", place.label);
         }
     }
-    let (mut reported, mut right) = (0, 0);
-    for is_left in [true, false] {
-        for object in told(is_left) {
-            reported += 1;
-            let mut own = places.iter().filter(|place| place.is_left == is_left);
-            let is_right = own.any(|place| is_it(place, object));
-            right += usize::from(is_right);
-            if !is_right {
-                let [x, y, z] = object.oriented_box.center();
-                let what = if is_left { "left" } else { "come" };
-                let [from, to] = object.seen;
-                println!(
-                    "wrong: {} {} {what} at {x:.2} {y:.2} {z:.2}, seen {from:.1} to {to:.1}",
-                    object.id, object.label
-                );
-            }
-        }
+    let right = matched.iter().flatten().count();
+    let too_early: Vec<Told<'_>> = first_day.iter().flat_map(told_by).collect();
+    let reported = told.len() + too_early.len();
+    let wrong = told.iter().zip(&matched).filter(|(_, place)| place.is_none()).map(|(told, _)| told);
+    for Told { object, is_left } in wrong.chain(&too_early) {
+        let ([x, y, z], what) = (object.oriented_box.center(), direction(*is_left));
+        let [from, to] = object.seen;
+        println!(
+            "wrong: {} {} {what} at {x:.2} {y:.2} {z:.2}, seen {from:.1} to {to:.1}",
+            object.id, object.label
+        );
     }
     for session in found {
         let changes = &session.changes;

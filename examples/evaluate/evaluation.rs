@@ -186,7 +186,7 @@ impl Scoring<'_> {
                     PlanPicture::draw(run.map(), &cloud, standard.truth(), &subject.sequence);
                 standard.score_octree(run.map().octree(), &mut scores)?;
                 standard.score_planes(run.map().planes(), &mut scores);
-                standard.score_objects(run.map().objects(), &mut scores);
+                standard.score_objects(run.map().objects(), run.detected(), &mut scores);
                 watch.score(standard.truth(), &mut scores);
                 run.score(&mut scores);
             }

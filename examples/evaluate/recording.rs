@@ -77,10 +77,11 @@ fn map_recording(row: Row, source: &mut FrameSource) -> Result<(MapBuilder, Mask
     for index in 0..source.len() {
         let next = source.load(index)?;
         let chosen = |found: &[Detection]| -> Vec<Detection> {
-            let found = row.treatment.detections(found);
-            found.into_iter().filter(|d| d.score() >= row.min_score).collect()
+            found.iter().filter(|detection| detection.score() >= row.min_score).cloned().collect()
         };
-        let detections = next.detections.as_deref().map(chosen);
+        // Without detections, the detector has not run: it has not looked and found nothing.
+        let found = next.detections.as_deref().filter(|_| row.treatment != Treatment::NoDetections);
+        let detections = found.map(chosen);
         builder.insert(&next.frame, detections.as_deref(), &next.world_from_camera)?;
         if let Some(people) = source.people(index)? {
             let masked = builder.preprocessor().static_mask().inverted();

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use dymlm::core::{BoundingBox, Detection, FrameId, Pose, SensorModel};
 use dymlm::dynamics::Mover;
 use dymlm::{Detections, FrameReport, HistoryConfig, MapBuilder, MultiLevelMap, RefineConfig, Stage};
@@ -19,6 +21,8 @@ pub(crate) struct Run {
     builder: MapBuilder,
     masks: MaskScore,
     boxes: TrackingScorer,
+    /// For each thing, by its id, the number of frames in which a detection of it reached the builder.
+    detected: BTreeMap<usize, u32>,
     reports: Vec<FrameReport>,
     poses: Poses,
     /// The true poses of the frames.
@@ -28,6 +32,19 @@ pub(crate) struct Run {
 /// Share of the image below which a view of a mover is a sliver, which need not be found and may be: 5000
 /// pixels of 640x480, as in the figures of detectors.
 const SLIVER: f64 = 5000.0 / (640.0 * 480.0);
+
+/// The label of those movers that a detector reports.
+const PERSON: &str = "person";
+
+/// Least intersection over union of a detection with a thing's exact box.
+const DETECTED: f64 = 0.5;
+
+/// Whether a detection reports a thing.
+fn is_detected(thing: &VisibleThing, detections: &[Detection]) -> bool {
+    detections.iter().any(|detection| {
+        detection.label() == thing.label && detection.bounding_box().iou(&thing.bounding_box) >= DETECTED
+    })
+}
 
 /// The steps that are timed, by column.
 const STEPS: &[(&str, Stage)] = &[
@@ -61,6 +78,7 @@ impl Run {
             builder: MapBuilder::new(config)?,
             masks: MaskScore::default(),
             boxes: TrackingScorer::new(),
+            detected: BTreeMap::new(),
             reports: Vec::new(),
             poses,
             true_poses: Vec::new(),
@@ -83,6 +101,11 @@ impl Run {
         self.poses
     }
 
+    /// For each thing, by its id, the number of frames in which a detection of it reached the builder.
+    pub(crate) fn detected(&self) -> &BTreeMap<usize, u32> {
+        &self.detected
+    }
+
     /// Brings all maps up to date after the last frame.
     pub(crate) fn finish(&mut self) {
         self.builder.settle();
@@ -103,10 +126,14 @@ impl Run {
         let mut detections = frame.detections.clone();
         detections.retain(|detection| detection.score() >= self.min_score);
         let runs = self.treatment != Treatment::NoDetections && self.detector.runs(self.frames);
-        let found = if runs { Detections::Found(&detections) } else { Detections::NotRun };
+        let found = runs.then_some(detections.as_slice());
         self.frames += 1;
         let pose = if self.poses == Poses::True { &frame.world_from_camera } else { drifting };
-        let report = self.builder.insert(&frame.frame, found, pose)?;
+        let report = self.builder.insert(&frame.frame, Detections::from(found), pose)?;
+        let given = found.unwrap_or_default();
+        for thing in frame.visible_things.iter().filter(|thing| is_detected(thing, given)) {
+            *self.detected.entry(thing.id).or_default() += 1;
+        }
         self.true_poses.push((report.id, frame.world_from_camera));
         let masked = self.builder.preprocessor().static_mask().inverted();
         if masked.width() == frame.mover_mask.width() {
@@ -117,21 +144,23 @@ impl Run {
             self.masks.add(&masked, &movers, frame.frame.subsampled(self.stride)?.depth())?;
         }
         if self.treatment != Treatment::NoDetections {
-            self.count_boxes(frame, &report, runs)?;
+            self.count_boxes(frame, &report, found)?;
         }
         self.reports.push(report);
         Ok(())
     }
 
+    /// Scores the tracked boxes of people; `given`: the detections that reached the builder, if the detector ran.
+    /// Movers without a label, which are found by geometry, are scored by the mask: they may be anything.
     fn count_boxes(
         &mut self,
         frame: &SimulatedFrame,
         report: &FrameReport,
-        runs: bool,
+        given: Option<&[Detection]>,
     ) -> Result<(), AnyError> {
         let pixels = (frame.mover_mask.width() * frame.mover_mask.height()) as f64;
         let is_sliver = |thing: &&VisibleThing| (thing.pixels as f64) < SLIVER * pixels;
-        let movers = frame.visible_things.iter().filter(|thing| thing.moves);
+        let movers = frame.visible_things.iter().filter(|thing| thing.moves && thing.label == PERSON);
         let (slivers, whole): (Vec<&VisibleThing>, Vec<_>) = movers.partition(is_sliver);
         let slivers: Vec<BoundingBox> = slivers.iter().map(|thing| thing.bounding_box).collect();
         let identified =
@@ -139,10 +168,14 @@ impl Run {
         let truth: Vec<IdentifiedBox> = whole.iter().map(identified).collect();
         let output =
             |mover: &Mover| IdentifiedBox { id: mover.track_id.get(), bounding_box: mover.bounding_box };
-        let output: Vec<IdentifiedBox> = report.movers.iter().map(output).collect();
-        let found = frame.detections.iter().filter(|detection| runs && detection.label() == "person");
-        let found: Vec<BoundingBox> = found.map(Detection::bounding_box).collect();
-        Ok(self.boxes.add_frame_ignoring(&slivers, &truth, &output, Some(&found))?)
+        let labelled = report.movers.iter().filter(|mover| mover.label.is_some());
+        let output: Vec<IdentifiedBox> = labelled.map(output).collect();
+        let people = |given: &[Detection]| -> Vec<BoundingBox> {
+            let people = given.iter().filter(|detection| detection.label() == PERSON);
+            people.map(Detection::bounding_box).collect()
+        };
+        let found = given.map(people);
+        Ok(self.boxes.add_frame_ignoring(&slivers, &truth, &output, found.as_deref())?)
     }
 
     /// The figures that do not concern a map: masks, boxes, times.

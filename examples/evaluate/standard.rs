@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dymlm::core::{DepthImage, Detection, Frame, Point, PointCloud};
+use dymlm::core::{DepthImage, Frame, Point, PointCloud};
 use dymlm::files::plane_records;
 use dymlm::octree::CellState;
 use dymlm::{ObjectMap, Octree, PlaneMap};
@@ -9,7 +9,7 @@ use dymlm_metrics::{
     Demand, DynamicMapScorer, EstimatedObject, EstimatedPlane, ObjectScore, Occupancy, OccupancyScorer,
     OccupiedCell, SpaceTruth, score_cloud, score_objects, score_planes, score_walls,
 };
-use dymlm_sim::{Sequence, SimulatedFrame, Truth, TruthConfig, VisibleThing};
+use dymlm_sim::{Sequence, SimulatedFrame, Truth, TruthConfig};
 
 use crate::columns::Scores;
 
@@ -19,8 +19,6 @@ pub(crate) struct Standard {
     dynamic_map: DynamicMapScorer,
     occupancy: OccupancyScorer,
     has_undetected: bool,
-    /// For each thing, by its id, the number of frames in which the detector reported it.
-    detected: BTreeMap<usize, u32>,
 }
 
 /// The truth about the traces of only those movers that no detector reports.
@@ -49,15 +47,6 @@ const RANGE: std::ops::RangeInclusive<f32> = 0.5..=4.0;
 
 /// Frames in which a thing must be detected to be mapped: with fewer, the map never confirms it.
 const LEAST_DETECTIONS: u32 = 3;
-/// Least intersection over union of a detection with a thing's exact box.
-const DETECTED: f64 = 0.5;
-
-/// Whether a detection reports a thing.
-fn is_detected(thing: &VisibleThing, detections: &[Detection]) -> bool {
-    detections.iter().any(|detection| {
-        detection.label() == thing.label && detection.bounding_box().iou(&thing.bounding_box) >= DETECTED
-    })
-}
 
 /// The frame with those readings whose true depth is scored. A reading of 3.98 m of a wall at 4.05 m errs; a map
 /// is not asked for it.
@@ -77,16 +66,12 @@ impl Standard {
             occupancy: OccupancyScorer::new(RANGE),
             has_undetected: !sequence.config().events.is_empty()
                 || sequence.config().detector.overlooked_people > 0,
-            detected: BTreeMap::new(),
         })
     }
 
     /// Adds what a frame shows to the truth.
     pub(crate) fn observe(&mut self, frame: &SimulatedFrame) -> Result<(), AnyError> {
         self.truth.observe(frame);
-        for thing in frame.visible_things.iter().filter(|thing| is_detected(thing, &frame.detections)) {
-            *self.detected.entry(thing.id).or_default() += 1;
-        }
         let (transient, pose) = (&frame.transient_mask, &frame.world_from_camera);
         self.occupancy.observe(&frame.frame, &frame.true_depth, transient, pose)?;
         Ok(self.dynamic_map.add_frame(&truly_in_range(frame)?, transient, pose)?)
@@ -99,12 +84,16 @@ impl Standard {
     pub(crate) fn score_cloud(&self, cloud: &PointCloud, scores: &mut Scores) {
         if let Some(score) = score_cloud(cloud, &self.truth) {
             scores.set("cloud.residue", score.residue);
+            scores.set("cloud.seen_residue", score.residue - score.unseen_residue);
             scores.set("cloud.stray", score.stray);
             scores.set("cloud.completeness", score.completeness);
             scores.set("cloud.completeness_near_people", score.completeness_near_people);
             scores.set("cloud.completeness_of_thin_things", score.completeness_of_thin_things);
             scores.set("cloud.median", score.median_distance);
             scores.set("cloud.p95", score.p95_distance);
+        } else {
+            // An empty cloud covers nothing; without this, it would not count in a mean.
+            scores.set("cloud.completeness", 0.0);
         }
         if let Some(score) = score_walls(cloud, &self.truth.faces(), &self.truth) {
             scores.set("cloud.wall_thickness", score.thickness.median);
@@ -114,7 +103,6 @@ impl Standard {
             && let Some(score) = score_cloud(cloud, &Undetected(&self.truth))
         {
             scores.set("cloud.undetected_residue", score.residue);
-            scores.set("cloud.seen_residue", score.residue - score.unseen_residue);
         }
         let score = self.dynamic_map.score(cloud.points());
         scores.set("cloud.static_accuracy", score.static_accuracy);
@@ -139,7 +127,13 @@ impl Standard {
         scores.set("planes.boundary_iou", score.mean_boundary_iou());
     }
 
-    pub(crate) fn score_objects(&self, objects: &ObjectMap, scores: &mut Scores) {
+    /// `detected`: for each thing, by its id, the number of frames in which a detection of it reached the map.
+    pub(crate) fn score_objects(
+        &self,
+        objects: &ObjectMap,
+        detected: &BTreeMap<usize, u32>,
+        scores: &mut Scores,
+    ) {
         let estimates: Vec<EstimatedObject> = objects
             .objects()
             .map(|object| EstimatedObject {
@@ -151,24 +145,13 @@ impl Standard {
         let score = score_objects(&estimates, &self.truth.objects());
         scores.set("objects.objects", score.asked as f64);
         scores.set("objects.recall", score.recall());
-        scores.set("objects.recall_of_detected", self.recall_of_detected(&score));
+        scores.set("objects.recall_of_detected", recall_of_detected(&score, detected));
         scores.set("objects.precision", score.precision());
         scores.set("objects.duplicates", score.duplicates.len() as f64);
         scores.set("objects.iou", score.mean_iou);
         scores.set("objects.center", score.center_error.map(|error| error.median));
         scores.set("objects.yaw", score.yaw_error_degrees.map(|error| error.median.to_radians()));
         scores.set("objects.labels", score.label_accuracy());
-    }
-
-    /// Recall among the objects that the detector reported often enough to be mapped: of the others, a map
-    /// cannot know. `None` when there are none.
-    fn recall_of_detected(&self, score: &ObjectScore) -> Option<f64> {
-        let was_detected =
-            |id: &usize| self.detected.get(id).is_some_and(|&frames| frames >= LEAST_DETECTIONS);
-        let asked = score.matches.iter().filter(|found| found.demand == Demand::Asked);
-        let found = asked.filter(|found| was_detected(&found.object)).count();
-        let missed = score.missed.iter().filter(|id| was_detected(id)).count();
-        (found + missed > 0).then(|| found as f64 / (found + missed) as f64)
     }
 
     pub(crate) fn score_octree(&self, octree: &Octree, scores: &mut Scores) -> Result<(), AnyError> {
@@ -197,4 +180,14 @@ impl Standard {
         }
         Ok(())
     }
+}
+
+/// Recall among the objects that were detected often enough to be mapped: of the others, a map cannot know. `None`
+/// when there are none.
+fn recall_of_detected(score: &ObjectScore, detected: &BTreeMap<usize, u32>) -> Option<f64> {
+    let was_detected = |id: &usize| detected.get(id).is_some_and(|&frames| frames >= LEAST_DETECTIONS);
+    let asked = score.matches.iter().filter(|found| found.demand == Demand::Asked);
+    let found = asked.filter(|found| was_detected(&found.object)).count();
+    let missed = score.missed.iter().filter(|id| was_detected(id)).count();
+    (found + missed > 0).then(|| found as f64 / (found + missed) as f64)
 }

@@ -78,7 +78,12 @@ fn markdown(rows: &[Row]) -> String {
 /// The rows, followed by the means over the eight sequences and over the random rooms for each treatment.
 fn with_means(rows: &[Row]) -> Vec<Row> {
     let mut all = rows.to_vec();
-    all.extend(means(rows, "mean of the eight", SequenceSet::Eight));
+    let of_eight = rows.iter().filter(|row| row.set == Some(SequenceSet::Eight));
+    let mut names: Vec<&str> = of_eight.map(|row| row.sequence.as_str()).collect();
+    names.dedup();
+    // Fewer where some were chosen.
+    let name = if names.len() == 8 { "mean of the eight" } else { "mean of those of the eight" };
+    all.extend(means(rows, name, SequenceSet::Eight));
     all.extend(means(rows, "mean of random rooms", SequenceSet::RandomRooms));
     all.extend(means(rows, "mean of fresh, sitting", SequenceSet::FreshSitting));
     all.extend(means(rows, "mean of fresh, walking", SequenceSet::FreshWalking));

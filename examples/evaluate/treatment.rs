@@ -1,5 +1,4 @@
 use dymlm::MapConfig;
-use dymlm::core::Detection;
 use dymlm::dynamics::MaskMode;
 use serde::Serialize;
 
@@ -70,11 +69,4 @@ impl Treatment {
         config
     }
 
-    /// The detections that reach the builder: all of them, or none with [`NoDetections`](Self::NoDetections).
-    pub(crate) fn detections(self, detections: &[Detection]) -> Vec<Detection> {
-        match self {
-            Self::NoDetections => Vec::new(),
-            _ => detections.to_vec(),
-        }
-    }
 }

@@ -55,7 +55,7 @@ impl Figures {
             (angle <= bounds.angle, format!("median of {angle:.2} deg")),
             (self.losses <= MOST_LOSSES, format!("lost {} times", self.losses)),
             (longest <= LONGEST, format!("{longest:.1} s in view without a right pose")),
-            (self.rests <= 1, format!("{} places of rest", self.rests)),
+            (self.rests == 1, format!("{} places of rest", self.rests)),
         ];
         checks.into_iter().filter(|(is_kept, _)| !is_kept).map(|(_, fault)| fault).collect()
     }
@@ -81,11 +81,13 @@ pub(crate) fn print_table(only: Option<&str>, has_depth: bool, handheld: bool) -
          right pose: frames  longest s | lost | rests | ms: median  95 %"
     );
     let mut faults = Vec::new();
-    for carried in CarriedObject::ten() {
-        let name = carried.to_string();
-        if only.is_some_and(|only| !name.contains(only)) {
-            continue;
-        }
+    let is_chosen = |name: &String| only.is_none_or(|only| name.contains(only));
+    let chosen: Vec<_> =
+        CarriedObject::ten().into_iter().map(|carried| (carried.to_string(), carried)).collect();
+    if !chosen.iter().any(|(name, _)| is_chosen(name)) {
+        return Err("no sequence has such a name".into());
+    }
+    for (name, carried) in chosen.into_iter().filter(|(name, _)| is_chosen(name)) {
         let mut config = SequenceConfig::default();
         config.people = 0;
         config.frame_rate = RATE;

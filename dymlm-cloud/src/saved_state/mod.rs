@@ -76,7 +76,7 @@ impl CloudMap {
     fn head(&self) -> Head {
         Head {
             frames: self.frames(),
-            epoch: self.evidence.epoch(),
+            epoch: self.evidence.newest(),
             revision: self.evidence.revision(),
             blocks: self.block_numbers(),
         }

@@ -358,12 +358,15 @@ impl StaticCloud {
         block.places().for_each(&firm, |place, index| {
             let voxel = block.voxel(index);
             let weight = thinning.weight(voxel.sums.weight);
-            change.weights[place] = weight;
-            change.heaviest = change.heaviest.max(weight);
-            least = least.min(thinning.weight_per_frame(voxel.sums.weight, voxel.observations));
-            if has(&voxels, place) {
-                change.effect.raised = change.effect.raised.max(weight);
+            // What too few frames have read is not static, and takes nothing away that is.
+            if thinning.is_seen(voxel.observations) {
+                change.weights[place] = weight;
+                change.heaviest = change.heaviest.max(weight);
+                if has(&voxels, place) {
+                    change.effect.raised = change.effect.raised.max(weight);
+                }
             }
+            least = least.min(thinning.weight_per_frame(voxel.sums.weight, voxel.observations));
             if source.fuses {
                 moments.add(place, &voxel, weight);
             }
@@ -446,8 +449,11 @@ impl StaticCloud {
         for (step, slot) in touched.around().filter(|&(_, slot)| changes.of(slot).is_none()) {
             let (voxels, block) = (&source.voxels.blocks()[slot], &self.blocks[slot]);
             if block.heaviest > window.least_limit() {
+                let (thinning, least_limit) = (source.thinning, window.least_limit());
                 window.fill_by_rank(step, voxels.places(), &block.firm, |rank| {
-                    source.thinning.weight(voxels.weight(rank))
+                    let weight = thinning.weight(voxels.weight(rank));
+                    let counts = weight > least_limit && thinning.is_seen(voxels.observations(rank));
+                    if counts { weight } else { 0.0 }
                 });
                 has_others = true;
             }

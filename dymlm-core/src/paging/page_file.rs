@@ -49,10 +49,15 @@ impl PageFile {
         let length = blocks.len().next_multiple_of(UNIT);
         blocks.resize(length, 0);
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
-        let offset = match free.get_mut(&length).and_then(Vec::pop) {
-            Some(offset) => self.file.overwrite(offset, blocks).map(|()| offset),
-            None => self.file.append(blocks),
-        }?;
+        let free = free.entry(length).or_default();
+        let offset = match free.last() {
+            Some(&offset) => {
+                self.file.overwrite(offset, blocks)?;
+                free.pop();
+                offset
+            }
+            None => self.file.append(blocks)?,
+        };
         Ok(Extent { file: Arc::clone(self), offset, length })
     }
 

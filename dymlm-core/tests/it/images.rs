@@ -40,6 +40,7 @@ mod depth_image {
     fn outside_there_is_no_reading() {
         let depth = DepthImage::new(2, 2, vec![1.0; 4]).unwrap();
         assert_eq!([depth.at(1, 1), depth.at(2, 0), depth.at(0, 2)], [1.0, 0.0, 0.0]);
+        assert_eq!([depth.at(0, usize::MAX), depth.at(usize::MAX, 0)], [0.0; 2]);
         assert_eq!(depth.row(1).len(), 2);
         assert!(depth.row(2).is_empty());
     }

@@ -193,6 +193,25 @@ fn a_rectified_box_holds_what_the_raw_one_holds() {
     assert!(inside.into_iter().all(|[u, v]| u >= grown[0] && v >= grown[1] && u < grown[2] && v < grown[3]));
 }
 
+/// A lens model that ends within the image: what lies beyond has no place in the rectified one.
+#[test]
+fn a_box_whose_border_the_lens_model_does_not_describe_keeps_its_middle() {
+    let camera = PinholeCamera::new(640, 480, 300.0, 300.0, 319.5, 239.5).unwrap();
+    let lens = Distortion::brown_conrady(&[-0.3, 0.0, 0.0, 0.0]).unwrap();
+    let rectifier = Rectifier::new(&camera, &lens, &camera);
+    let middle = BoundingBox::new(300.0, 220.0, 340.0, 260.0).unwrap();
+    let inner = rectifier.rectify_box(&middle).unwrap();
+    // All of the border, or some of it.
+    for [x_min, y_min, x_max, y_max] in [[100.0, 0.0, 540.0, 480.0], [100.0, 210.0, 350.0, 270.0]] {
+        let raw = BoundingBox::new(x_min, y_min, x_max, y_max).unwrap();
+        let area = rectifier.rectify_box(&raw).unwrap();
+        assert!(area.x_min() < 60.0 && area.y_min() < inner.y_min() && area.y_max() > inner.y_max(), "{area:?}");
+        assert!(area.x_min() >= 0.0 && area.x_max() >= inner.x_max() && area.x_max() <= 640.0, "{area:?}");
+    }
+    let corner = BoundingBox::new(0.0, 0.0, 60.0, 60.0).unwrap();
+    assert_eq!(rectifier.rectify_box(&corner), None);
+}
+
 #[test]
 fn coefficients_that_are_no_lens_are_refused() {
     assert_eq!(

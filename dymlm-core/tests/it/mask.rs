@@ -35,9 +35,11 @@ mod bits {
     fn outside_the_image_nothing_belongs_and_nothing_is_set() {
         for width in WIDTHS {
             let mut mask = Mask::filled(width, 2, true).unwrap();
+            assert!(!mask.at(0, usize::MAX) && !mask.at(usize::MAX, 0));
             assert!(!mask.at(width, 0) && !mask.at(0, 2) && !mask.at(width.next_multiple_of(64), 0));
             mask.set(width, 0, false);
             mask.set(0, 2, false);
+            mask.set(0, usize::MAX, false);
             mask.fill_row(2, 0..width, false);
             mask.fill_row(0, width..width + 9, false);
             assert_eq!(mask.count(), 2 * width);

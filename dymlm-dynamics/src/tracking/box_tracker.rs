@@ -351,9 +351,12 @@ impl BoxTracker {
         let memory = self.memory();
         self.tracks.retain(|track| track.matched.is_some() || timestamp - track.last_seen <= memory);
         if self.tracks.len() > MAX_TRACKS {
-            // Those seen last are kept; among those seen at the same time, the older ones.
-            self.tracks.sort_by(|a, b| b.last_seen.total_cmp(&a.last_seen).then(a.id.cmp(&b.id)));
-            let seen_now = self.tracks.iter().take_while(|track| track.matched.is_some()).count();
+            // Those in this frame are kept, and those seen last; among those seen at the same time, the older ones.
+            self.tracks.sort_by(|a, b| {
+                let is_here = b.matched.is_some().cmp(&a.matched.is_some());
+                is_here.then(b.last_seen.total_cmp(&a.last_seen)).then(a.id.cmp(&b.id))
+            });
+            let seen_now = self.tracks.iter().filter(|track| track.matched.is_some()).count();
             self.tracks.truncate(MAX_TRACKS.max(seen_now));
             self.tracks.sort_by_key(|track| track.id);
         }

@@ -172,7 +172,8 @@ impl<const D: usize> IsolationTrees<D> {
     pub(super) fn reset(&mut self, trees: usize, rows: usize) {
         // Rows without columns are all equal.
         self.height = if D == 0 { 0 } else { height_limit(rows).max(COMMON_HEIGHT) };
-        self.mean_path = mean_path_length(rows);
+        // As exact as the paths of the leaves: rows that no cut parts then score just 0.5.
+        self.mean_path = f64::from(mean_path_length(rows) as f32);
         let size = trees << self.height;
         self.nodes.clear();
         self.nodes.resize(size, Node::PASS);

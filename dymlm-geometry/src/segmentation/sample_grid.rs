@@ -267,7 +267,8 @@ fn smoothed(view: &BoxView<'_>, [u, v]: [usize; 2], stride: usize) -> Point {
         for column in around(u, width) {
             let other = depths[column];
             let is_asked = view.is_static(column, row) && view.is_instance(column, row);
-            if (other - z).abs() <= reach && is_asked {
+            // Holes have no depth.
+            if other > 0.0 && (other - z).abs() <= reach && is_asked {
                 sum_u += column as f32;
                 sum_v += row as f32;
                 sum_z += other;

@@ -200,6 +200,8 @@ impl Schemas {
         }
         let unpacked = chunk_of(body)?;
         let mut rest = unpacked.as_slice();
+        // One bad record takes none of the others with it.
+        let mut entered = Ok(());
         while let Some((&[opcode, ref length @ ..], after)) = rest.split_first_chunk::<{ PREFIX as usize }>()
         {
             let length = u64::from_le_bytes(*length);
@@ -209,10 +211,10 @@ impl Schemas {
             };
             let start = (unpacked.len() - after.len()) as u64;
             let inside = Place { chunk: Some(place), body: Stretch { start, length } };
-            self.enter(opcode, record, inside, on_event)?;
+            entered = entered.and(self.enter(opcode, record, inside, on_event));
             rest = next;
         }
-        Ok(())
+        entered
     }
     fn enter(
         &mut self,

@@ -13,7 +13,8 @@ pub(super) struct Catalogue {
     pub(super) images: BTreeMap<String, ImageTopic>,
     pub(super) infos: BTreeMap<String, CameraInfo>,
     pub(super) detections: BTreeMap<String, Vec<Listed>>,
-    pub(super) odometry: BTreeMap<String, Vec<Odometry>>,
+    /// By topic, with the times at which they were recorded.
+    pub(super) odometry: BTreeMap<String, Vec<(f64, Odometry)>>,
     pub(super) tree: TransformTree,
     /// Faults of the file and of whole topics.
     pub(super) faults: BTreeSet<String>,
@@ -157,7 +158,7 @@ impl Catalogue {
                 self.tree.add_all(&decode::<TransformMessage>(data)?.transforms, is_fixed, Some(recorded))?;
             }
             Kind::Odometry => {
-                self.odometry.entry(topic.to_owned()).or_default().push(decode(data)?);
+                self.odometry.entry(topic.to_owned()).or_default().push((recorded, decode(data)?));
             }
             Kind::Detections => {
                 let stamp = decode::<HeaderOnly>(data)?.header.stamp;

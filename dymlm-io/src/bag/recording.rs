@@ -256,14 +256,14 @@ fn add_odometry(catalogue: &mut Catalogue, named: Option<&str>) -> Result<(), St
     let Catalogue { odometry, tree, faults, .. } = catalogue;
     if let Some(named) = named {
         let given = odometry.remove(named).ok_or_else(|| format!("no odometry on topic {named}"))?;
-        for message in &given {
+        for (_, message) in &given {
             tree.remove(&message.child_frame_id);
         }
         take_in(tree, faults, named, &given);
         odometry.clear();
     }
     for (topic, given) in std::mem::take(odometry) {
-        if given.iter().all(|message| !tree.has_parent(&message.child_frame_id)) {
+        if given.iter().all(|(_, message)| !tree.has_parent(&message.child_frame_id)) {
             take_in(tree, faults, &topic, &given);
         }
     }
@@ -274,10 +274,10 @@ fn take_in(
     tree: &mut super::transforms::TransformTree,
     faults: &mut std::collections::BTreeSet<String>,
     topic: &str,
-    given: &[TransformStamped],
+    given: &[(f64, TransformStamped)],
 ) {
-    for message in given {
-        if let Err(reason) = tree.add(message, false, None) {
+    for (recorded, message) in given {
+        if let Err(reason) = tree.add(message, false, Some(*recorded)) {
             faults.insert(format!("{topic}: {reason}"));
         }
     }

@@ -54,8 +54,8 @@ pub enum NoTransform {
     Trajectory(#[from] UncoveredTime),
 }
 
-/// The pose of each frame in its parent over time. It is used once all transforms are read, so that their
-/// order in the bag does not matter.
+/// The pose of each frame in its parent over time. It is used once all transforms are read. Of the parents that a
+/// bag gives a frame, the first one counts, and of fixed transforms the last.
 #[derive(Debug, Default)]
 pub(super) struct TransformTree {
     edges: BTreeMap<String, Edge>,
@@ -127,6 +127,10 @@ impl TransformTree {
             return Err(format!("transform {parent:?} -> {child:?}: needs two different frames"));
         }
         let pose = pose_of(&given.transform)?;
+        let timestamp = given.header.stamp.seconds().or(recorded);
+        if !is_fixed && timestamp.is_none() {
+            return Err("a moving transform without a time".to_owned());
+        }
         let edge = self.edges.entry(child.to_owned()).or_insert_with(|| Edge {
             parent: parent.to_owned(),
             motion: if is_fixed { Motion::Fixed(pose) } else { Motion::Listed(Vec::new()) },
@@ -135,11 +139,9 @@ impl TransformTree {
             *self.second_parents.entry((child.to_owned(), parent.to_owned())).or_default() += 1;
             return Ok(());
         }
-        match &mut edge.motion {
-            Motion::Fixed(fixed) if is_fixed => *fixed = pose,
-            Motion::Listed(poses) if !is_fixed => {
-                let stamp = given.header.stamp.seconds().or(recorded);
-                let timestamp = stamp.ok_or("a moving transform without a time")?;
+        match (&mut edge.motion, timestamp) {
+            (Motion::Fixed(fixed), _) if is_fixed => *fixed = pose,
+            (Motion::Listed(poses), Some(timestamp)) if !is_fixed => {
                 poses.push(StampedPose { timestamp, world_from_camera: pose });
             }
             _ => return Err(format!("the transform {parent:?} -> {child:?} is both fixed and moving")),
@@ -299,6 +301,18 @@ mod tests {
         let message = [wrong, at("map", "map", 1, 0.0), at("map", "camera", 1, 2.0)];
         let error = tree.add_all(&message, false, None).unwrap_err();
         assert!(!error.contains("two different frames"), "the first that is wrong: {error}");
+        tree.settle().unwrap();
+        let chain = tree.chain_to_world("camera", None).unwrap();
+        assert_eq!(tree.pose_at(&chain, 1.0, 0.2).unwrap().translation()[0], 2.0);
+    }
+
+    #[test]
+    fn what_has_no_stamp_counts_when_it_was_recorded() {
+        let mut tree = TransformTree::default();
+        let unstamped = at("odom", "camera", 0, 2.0);
+        assert!(tree.add(&unstamped, false, None).is_err());
+        assert!(!tree.has_parent("camera"), "what is refused leaves nothing behind");
+        tree.add(&unstamped, false, Some(1.0)).unwrap();
         tree.settle().unwrap();
         let chain = tree.chain_to_world("camera", None).unwrap();
         assert_eq!(tree.pose_at(&chain, 1.0, 0.2).unwrap().translation()[0], 2.0);

@@ -162,10 +162,7 @@ fn check_names_free(target: &Path, manifest: &Manifest) -> Result<(), Error> {
 /// map's own files is ever deleted.
 fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
     for name in foreign_names(aside)? {
-        let to = target.join(&name);
-        if !to.exists() {
-            fs::rename(aside.join(&name), to).map_err(Error::io(aside))?;
-        }
+        fs::rename(aside.join(&name), free_path(target, &name)).map_err(Error::io(aside))?;
     }
     // The manifest is removed last: as long as it is there, the other files are known to be the map's.
     for name in Manifest::file_names(aside).into_iter().chain([MANIFEST.to_owned()]) {
@@ -176,6 +173,18 @@ fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
         }
     }
     fs::remove_dir(aside).map_err(Error::io(aside))
+}
+
+/// Where a folder has room for a file of this name: with a number behind it where somebody has put another since.
+fn free_path(folder: &Path, name: &OsStr) -> PathBuf {
+    let numbered = (1_u32..).map(|number| {
+        let mut name = name.to_owned();
+        name.push(format!(".{number}"));
+        name
+    });
+    let paths = std::iter::once(name.to_owned()).chain(numbered).map(|name| folder.join(name));
+    // A link that leads nowhere takes its name, too.
+    paths.into_iter().find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| folder.join(name))
 }
 
 /// Names of files in a map's folder that are not the map's.

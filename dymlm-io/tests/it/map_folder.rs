@@ -298,6 +298,25 @@ fn recovers_from_a_crash_at_every_step() {
 }
 
 #[test]
+fn a_file_beside_the_old_map_gives_way_to_one_of_the_same_name() {
+    let (parent, target) = place();
+    write_map(&target, "old");
+    fs::write(target.join("notes.txt"), "mine").unwrap();
+    fs::rename(&target, target.with_file_name(".map.dymlm-old")).unwrap();
+    write_map(&parent.path().join("other"), "new");
+    fs::rename(parent.path().join("other"), &target).unwrap();
+    // As a file manager does by itself.
+    fs::write(target.join("notes.txt"), "newer").unwrap();
+
+    for content in ["next", "last"] {
+        write_map(&target, content);
+        assert_eq!(fs::read(target.join("notes.txt")).unwrap(), b"newer");
+        assert_eq!(fs::read(target.join("notes.txt.1")).unwrap(), b"mine");
+        assert_eq!(names_in(parent.path()), ["map"]);
+    }
+}
+
+#[test]
 fn a_map_of_another_version_can_be_replaced() {
     let (parent, target) = place();
     write_map(&target, "old");

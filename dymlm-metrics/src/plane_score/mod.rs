@@ -239,10 +239,11 @@ fn find_duplicates(
             continue;
         }
         let pieces = face.cells.visible_pieces(MIN_WIDTH);
-        let mut first_on: BTreeMap<Option<usize>, usize> = BTreeMap::new();
+        let mut first_on: BTreeMap<usize, usize> = BTreeMap::new();
         for plane in planes {
             let Some(placed) = &placed[plane] else { continue };
-            let of = *first_on.entry(main_piece(placed, index, face, &pieces)).or_insert(plane);
+            let Some(piece) = main_piece(placed, index, face, &pieces) else { continue };
+            let of = *first_on.entry(piece).or_insert(plane);
             if of != plane {
                 duplicates.push(DuplicatePlane { plane, of });
             }

@@ -69,19 +69,24 @@ impl TrueFace {
     pub fn new(id: usize, plane: Plane, outline: Vec<Vec<[f64; 3]>>, cell: f64) -> Option<Self> {
         let raster = raster_over(&outline, plane.normal(), cell)?;
         let inside = raster.fill_any(&outline);
-        let face = Self::from_cells(
-            id,
-            plane,
-            outline,
-            FaceCells { seen: inside.clone(), read: inside.clone(), inside, raster },
-        );
-        (face.area > 0.0).then_some(face)
+        let cells = FaceCells { seen: inside.clone(), read: inside.clone(), inside, raster };
+        Self::from_cells(id, plane, outline, cells).filter(|face| face.area > 0.0)
     }
 
-    /// A face with known seen cells, without a label and not a relief of another face.
-    pub fn from_cells(id: usize, plane: Plane, outline: Vec<Vec<[f64; 3]>>, cells: FaceCells) -> Self {
+    /// A face with known seen cells, without a label and not a relief of another face. `None` when a list of the
+    /// cells has not one entry for each cell of the raster.
+    pub fn from_cells(
+        id: usize,
+        plane: Plane,
+        outline: Vec<Vec<[f64; 3]>>,
+        cells: FaceCells,
+    ) -> Option<Self> {
+        let lists = [&cells.inside, &cells.seen, &cells.read];
+        if lists.iter().any(|list| list.len() != cells.raster.len()) {
+            return None;
+        }
         let (area, visible_area) = (cells.area_of(&cells.inside), cells.area_of(&cells.seen));
-        Self { id, relief: id, label: None, plane, outline, area, visible_area, cells }
+        Some(Self { id, relief: id, label: None, plane, outline, area, visible_area, cells })
     }
 
     /// The cells, and which of them were seen.

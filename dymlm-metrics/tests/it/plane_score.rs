@@ -1,7 +1,7 @@
 //! The score of planes on maps made wrong on purpose, each with the figure that it must give.
 use dymlm_core::vector3::{cross, dot};
 use dymlm_core::{Plane, Pose};
-use dymlm_metrics::{EstimatedPlane, FaceState, Facing, PlaneScore, TrueFace, score_planes};
+use dymlm_metrics::{EstimatedPlane, FaceCells, FaceState, Facing, PlaneScore, TrueFace, score_planes};
 use proptest::prelude::*;
 
 const CELL: f64 = 0.02;
@@ -142,7 +142,33 @@ fn partly_seen_wall(is_seen: impl Fn(f64) -> bool) -> TrueFace {
         *seen = is_seen(cells.raster.center(cell)[0]);
     }
     cells.read.clone_from(&cells.seen);
-    TrueFace::from_cells(0, whole.plane, whole.outline.clone(), cells)
+    TrueFace::from_cells(0, whole.plane, whole.outline.clone(), cells).unwrap()
+}
+
+#[test]
+fn cells_and_their_lists_must_fit() {
+    let whole = face(0, [0.0, 0.0, 1.25], X, Z, [4.0, 2.5]);
+    let lists: [fn(&mut FaceCells) -> &mut Vec<bool>; 3] =
+        [|cells| &mut cells.inside, |cells| &mut cells.seen, |cells| &mut cells.read];
+    for list in lists {
+        let mut cells = whole.cells().clone();
+        list(&mut cells).pop();
+        assert!(TrueFace::from_cells(0, whole.plane, whole.outline.clone(), cells).is_none());
+    }
+}
+
+#[test]
+fn planes_on_parts_that_were_read_but_not_well_seen_are_no_duplicates() {
+    let whole = face(0, [0.0, 0.0, 1.25], X, Z, [4.0, 2.5]);
+    let mut cells = whole.cells().clone();
+    cells.seen.fill(false);
+    let unseen = TrueFace::from_cells(0, whole.plane, whole.outline.clone(), cells).unwrap();
+    let end = |x: f64| {
+        let end = face(0, [x, 0.0, 1.25], X, Z, [0.8, 2.5]);
+        EstimatedPlane { normal: end.plane.normal(), d: end.plane.d(), boundary: end.outline.clone() }
+    };
+    let score = self::score(&[end(-1.5), end(1.5)], &[unseen]);
+    assert!(score.duplicates.is_empty(), "{:?}", score.duplicates);
 }
 
 #[test]

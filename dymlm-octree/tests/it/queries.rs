@@ -121,6 +121,19 @@ fn boxes_hold_the_leaves_that_touch_them() {
     assert_eq!(map.leaves_in_box([-everywhere; 3], [everywhere; 3]).count(), map.counts().leaves);
 }
 
+/// With this resolution, the index of a place just inside the upper border rounds to one beyond it.
+#[test]
+fn a_box_just_inside_the_border_holds_nothing_of_the_middle() {
+    let mut map = Octree::new(config(0.055, 5.0)).unwrap();
+    map.insert_scan([0.0; 3], &[[0.0, 0.0, 0.5]]).unwrap();
+    let border = 0.055 * 32768.0_f64;
+    for (min, max) in [(border.next_down(), border + 1e3), (-border - 1e3, -border), (-border, -border)] {
+        assert_eq!(map.leaves_in_box([min; 3], [max; 3]).count(), 0, "{min} to {max}");
+    }
+    let all = map.leaves_in_box([-border; 3], [border.next_down(); 3]).count();
+    assert!(all > 0 && all == map.counts().leaves);
+}
+
 #[test]
 fn the_extent_is_that_of_all_cells() {
     let map = sample(6, 4);

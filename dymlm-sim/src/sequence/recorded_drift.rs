@@ -35,9 +35,19 @@ struct Record {
     departure: Pose,
 }
 
+/// How often the whole recorded path has been travelled, and the product of the departures of that.
+struct Rounds {
+    count: f64,
+    departure: Pose,
+}
+
+/// Length that a recorded path exceeds, metres.
+const LEAST_LENGTH: f64 = 0.01;
+
 impl RecordedDrift {
     /// Takes the drift from the true poses of a path and the odometry's at the same times (both world from
-    /// sensor). `None` when their numbers differ, or the path has no length.
+    /// sensor). `None` when their numbers differ, or the path is not longer than a centimetre: that is a sensor at
+    /// rest, and a path of metres would be thousands of such.
     pub fn new(exact: &[Pose], estimated: &[Pose]) -> Option<Self> {
         if exact.len() != estimated.len() {
             return None;
@@ -50,7 +60,7 @@ impl RecordedDrift {
             last.departure = last.departure * (step.inverse() * measured);
             records.push(last);
         }
-        (last.way > 0.0).then_some(Self { records })
+        (last.way > LEAST_LENGTH).then_some(Self { records })
     }
 
     /// Length of the recorded path, metres.
@@ -63,10 +73,11 @@ impl RecordedDrift {
     pub fn on_path(&self, exact: &[Pose]) -> Vec<Pose> {
         let mut estimated: Vec<Pose> = exact.first().copied().into_iter().collect();
         let (mut way, mut before) = (0.0, Pose::identity());
+        let mut rounds = Rounds { count: 0.0, departure: Pose::identity() };
         for pair in exact.windows(2) {
             let step = pair[0].inverse() * pair[1];
             way += pair[0].distance(&pair[1]);
-            let departure = self.departure(way);
+            let departure = self.departure(way, &mut rounds);
             let last = estimated.last().copied().unwrap_or_default();
             estimated.push(last * step * (before.inverse() * departure));
             before = departure;
@@ -74,16 +85,17 @@ impl RecordedDrift {
         estimated
     }
 
-    /// The product of the departures up to a distance travelled.
-    fn departure(&self, way: f64) -> Pose {
+    /// The product of the departures up to a distance travelled; `rounds`: those of a shorter distance.
+    fn departure(&self, way: f64, rounds: &mut Rounds) -> Pose {
         let length = self.length();
-        let rounds = (way / length).floor();
         let whole = self.records.last().map_or(Pose::identity(), |last| last.departure);
-        let mut departure = Pose::identity();
-        for _ in 0..rounds as usize {
-            departure = departure * whole;
+        let count = (way / length).floor();
+        while rounds.count < count {
+            rounds.count += 1.0;
+            rounds.departure = rounds.departure * whole;
         }
-        let rest = way - rounds * length;
+        let departure = rounds.departure;
+        let rest = way - count * length;
         let after = self.records.partition_point(|record| record.way <= rest);
         let Some(from) = self.records.get(after.saturating_sub(1)) else { return departure };
         let Some(to) = self.records.get(after) else { return departure * from.departure };
@@ -127,6 +139,9 @@ mod tests {
         assert!(RecordedDrift::new(&[here, there], &[here]).is_none());
         assert!(RecordedDrift::new(&[here, here], &[here, there]).is_none());
         assert!(RecordedDrift::new(&[], &[]).is_none());
+        // A sensor at rest, with rounding: a path of 10 m would be 10^10 times as long.
+        let nearby = turned(1e-9, 0.0);
+        assert!(RecordedDrift::new(&[here, nearby], &[here, nearby]).is_none());
         assert!(RecordedDrift::new(&[here, there], &[here, there]).unwrap().on_path(&[]).is_empty());
     }
 }

@@ -280,7 +280,7 @@ impl SceneFace {
         let cells = FaceCells { raster, inside: self.inside.clone(), seen, read };
         let place = |corner: &[f64; 3]| world_from_scene.transform_point(*corner);
         let outline = self.pieces.iter().map(|piece| piece.iter().map(place).collect()).collect();
-        let mut face = TrueFace::from_cells(id, plane, outline, cells);
+        let mut face = TrueFace::from_cells(id, plane, outline, cells)?;
         face.relief = self.relief;
         face.label = self.label.map(str::to_owned);
         Some(face)

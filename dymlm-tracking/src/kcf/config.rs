@@ -30,8 +30,9 @@ impl KcfConfig {
     }
 }
 
-/// Published settings that need no change: Henriques 2015, table 2, for histograms of gradients, and its
-/// multi-scale variant.
+/// Published settings that need no change: those of the authors' own C++ program (Faro, Bailer, Henriques, 2015) for
+/// histograms of gradients. They are for videos in which the target changes little between frames; the paper's
+/// table 2 differs in two of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published {
     /// Side of a gradient cell, pixels of the template.

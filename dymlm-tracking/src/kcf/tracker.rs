@@ -17,7 +17,7 @@ use crate::{Error, GrayImage};
 const LEAST_SIDE: f32 = 6.0;
 /// Weight lambda of the regularization (Henriques 2015).
 const REGULARIZATION: f32 = 1e-4;
-/// Ratio between the scales that are tried (Henriques' published multi-scale variant).
+/// Ratio between the scales that are tried, as in the authors' multi-scale program.
 const SCALE_STEP: f32 = 1.05;
 /// Largest correction of the response's peak by the target's own pixels, cells: on what the filter has found,
 /// its peak is never off by more.
@@ -260,11 +260,13 @@ impl KcfTracker {
         }
     }
 
-    /// Moves by a shift in pixels, at most to the image's border.
+    /// Moves by a shift in pixels, at most to the image's border; a centre that is beyond it already, as of a target
+    /// that the border cuts, stays as far out.
     fn move_by(&mut self, shift: [f32; 2], image: &GrayImage) {
         let limits = [image.width() as f32, image.height() as f32];
         for axis in 0..2 {
-            self.center[axis] = (self.center[axis] + shift[axis]).clamp(0.0, limits[axis]);
+            let center = self.center[axis];
+            self.center[axis] = (center + shift[axis]).clamp(center.min(0.0), center.max(limits[axis]));
         }
     }
 

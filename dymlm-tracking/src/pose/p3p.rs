@@ -1,15 +1,19 @@
 use dymlm_core::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-/// Newton steps on the three distances: two reach the precision of f64.
-const POLISHING_STEPS: usize = 3;
+/// Newton steps on the three distances: two reach the precision of f64, or more where two solutions are nearly one.
+const POLISHING_STEPS: usize = 5;
+/// Distances that miss an equation by more are no solution; in units of the largest distance between the points,
+/// squared.
+const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The poses `camera_from_body` at which a camera sees three points of a body along three given directions:
 /// up to four.
 ///
 /// Persson, Nordberg: "Lambda Twist: An Accurate Fast Robust Perspective Three Point (P3P) Solver", ECCV
 /// 2018. The distances to the points satisfy three quadratic equations. A root of a cubic gives a degenerate
-/// combination of them, which splits into two planes; each plane leaves a quadratic. O(1).
+/// combination of them, which splits into two planes; each plane leaves a quadratic. Unlike there, no distance is
+/// expressed by the two others, which fails where two points are seen alike. O(1).
 ///
 /// `directions` are in the camera's frame, of any length; `points` are in the body's frame, metres. There is
 /// no pose when the points lie on a line or a number is not finite.
@@ -73,31 +77,68 @@ impl Equations {
         let mut found = Vec::with_capacity(4);
         let Some(degenerate) = self.degenerate_conic() else { return found };
         let Some(planes) = split(&degenerate) else { return found };
-        for [w0, w1] in planes {
-            // With l1 = w0 l2 + w1 l3, a quadratic in tau = l3 / l2 remains.
-            let [a12, a13, a23] = self.a;
-            let [b12, b13, b23] = self.b;
-            let square = (a13 - a12) * w1 * w1 - a12 * b13 * w1 - a12;
-            let linear = a13 * b12 * w1 - a12 * b13 * w0 - 2.0 * w0 * w1 * (a12 - a13);
-            let constant = (a13 - a12) * w0 * w0 + a13 * b12 * w0 + a13;
-            for tau in quadratic_roots(square, linear, constant).into_iter().flatten() {
-                if tau <= 0.0 {
-                    continue;
-                }
-                let l2 = (a23 / (tau * (b23 + tau) + 1.0)).sqrt();
-                let l3 = tau * l2;
-                let l1 = w0 * l2 + w1 * l3;
-                if l1 > 0.0 && l1.is_finite() && l3.is_finite() {
-                    found.push(self.polish([l1, l2, l3]));
-                }
+        for normal in planes {
+            for direction in self.directions_in(&normal) {
+                let distances = self.scaled(direction).map(|distances| self.polish(distances));
+                found.extend(distances.filter(|&distances| self.residual(distances).amax() <= LARGEST_RESIDUAL));
             }
         }
         found
     }
 
-    /// D1 + gamma D2 with determinant 0, for D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are
-    /// the matrices of the equations' left sides. Both forms vanish at any solution.
+    /// The directions of (l1, l2, l3) in a plane through the origin at which the homogeneous equations hold.
+    fn directions_in(&self, normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let thinnest = Vector3::ith(normal.iamin(), 1.0);
+        let first = normal.cross(&thinnest).normalize();
+        let second = normal.cross(&first).normalize();
+        // In the plane, one of the two forms is a multiple of the other: the larger one says more.
+        let within = |form: &Matrix3<f64>| {
+            let [with_first, with_second] = [form * first, form * second];
+            [first.dot(&with_first), 2.0 * first.dot(&with_second), second.dot(&with_second)]
+        };
+        let size = |form: &[f64; 3]| form.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
+        let [form, other] = self.forms().map(|form| within(&form));
+        let [square, linear, constant] = if size(&form) >= size(&other) { form } else { other };
+        // Roots x : y of square x^2 + linear x y + constant y^2. Where two of them are one, rounding must not lose it.
+        let discriminant = (linear * linear - 4.0 * square * constant).max(0.0);
+        let sum = -0.5 * (linear + discriminant.sqrt().copysign(linear));
+        [[sum, square], [constant, sum]].map(|[x, y]| first * x + second * y)
+    }
+
+    /// The distances along a direction, as far as the equations say in sum; `None` unless all are positive.
+    fn scaled(&self, direction: Vector3<f64>) -> Option<[f64; 3]> {
+        let direction = direction * direction.sum().signum();
+        let (left, right) = (self.left_sides(direction.into()), self.a);
+        let distances = direction * (right.iter().sum::<f64>() / left.iter().sum::<f64>()).sqrt();
+        distances.iter().all(|l| *l > 0.0 && l.is_finite()).then(|| distances.into())
+    }
+
+    fn left_sides(&self, [l1, l2, l3]: [f64; 3]) -> [f64; 3] {
+        let [b12, b13, b23] = self.b;
+        [
+            l1 * l1 + l2 * l2 + b12 * l1 * l2,
+            l1 * l1 + l3 * l3 + b13 * l1 * l3,
+            l2 * l2 + l3 * l3 + b23 * l2 * l3,
+        ]
+    }
+
+    fn residual(&self, distances: [f64; 3]) -> Vector3<f64> {
+        Vector3::from(self.left_sides(distances)) - Vector3::from(self.a)
+    }
+
+    /// D1 + gamma D2 with determinant 0; D2 where it is degenerate itself, and no other combination is.
     fn degenerate_conic(&self) -> Option<Matrix3<f64>> {
+        let [d1, d2] = self.forms();
+        let mixed = |p: &Matrix3<f64>, q: &Matrix3<f64>| adjugate(p).dot(&q.transpose());
+        let coefficients = [d2.determinant(), mixed(&d2, &d1), mixed(&d1, &d2), d1.determinant()];
+        let [c3, c2, c1, c0] = coefficients;
+        let is_finite = coefficients.iter().all(|c| c.is_finite());
+        is_finite.then(|| cubic_root(c3, c2, c1, c0).map_or(d2, |gamma| d1 + d2 * gamma))
+    }
+
+    /// D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are the matrices of the equations' left sides. Both
+    /// forms vanish at any solution.
+    fn forms(&self) -> [Matrix3<f64>; 2] {
         let [a12, a13, a23] = self.a;
         let [b12, b13, b23] = self.b.map(|b| 0.5 * b);
         let d1 = Matrix3::new(
@@ -122,21 +163,13 @@ impl Equations {
             a13 * b23,
             a13 - a23,
         );
-        let mixed = |p: &Matrix3<f64>, q: &Matrix3<f64>| adjugate(p).dot(&q.transpose());
-        let gamma = cubic_root(d2.determinant(), mixed(&d2, &d1), mixed(&d1, &d2), d1.determinant())?;
-        Some(d1 + d2 * gamma)
+        [d1, d2]
     }
 
     fn polish(&self, mut l: [f64; 3]) -> [f64; 3] {
-        let [a12, a13, a23] = self.a;
         let [b12, b13, b23] = self.b;
         for _ in 0..POLISHING_STEPS {
             let [l1, l2, l3] = l;
-            let residual = Vector3::new(
-                l1 * l1 + l2 * l2 + b12 * l1 * l2 - a12,
-                l1 * l1 + l3 * l3 + b13 * l1 * l3 - a13,
-                l2 * l2 + l3 * l3 + b23 * l2 * l3 - a23,
-            );
             let jacobian = Matrix3::new(
                 2.0 * l1 + b12 * l2,
                 2.0 * l2 + b12 * l1,
@@ -149,7 +182,7 @@ impl Equations {
                 2.0 * l3 + b23 * l2,
             );
             let Some(inverse) = jacobian.try_inverse() else { return l };
-            let step = inverse * residual;
+            let step = inverse * self.residual(l);
             let next = [l1 - step[0], l2 - step[1], l3 - step[2]];
             if !next.iter().all(|l| l.is_finite() && *l > 0.0) {
                 return l;
@@ -160,8 +193,8 @@ impl Equations {
     }
 }
 
-/// Splits a degenerate conic into two planes l1 = w0 l2 + w1 l3.
-fn split(conic: &Matrix3<f64>) -> Option<[[f64; 2]; 2]> {
+/// Splits a degenerate conic into two planes, of which it gives the normals.
+fn split(conic: &Matrix3<f64>) -> Option<[Vector3<f64>; 2]> {
     let eigen = conic.symmetric_eigen();
     // In a degenerate conic, one eigenvalue is 0: the one nearest to 0.
     let mut order = [0, 1, 2];
@@ -169,13 +202,7 @@ fn split(conic: &Matrix3<f64>) -> Option<[[f64; 2]; 2]> {
     let [strong, weak] = [eigen.eigenvalues[order[0]], eigen.eigenvalues[order[1]]];
     let [v, w] = [eigen.eigenvectors.column(order[0]), eigen.eigenvectors.column(order[1])];
     let ratio = (-weak / strong).max(0.0).sqrt();
-    if !ratio.is_finite() {
-        return None;
-    }
-    Some([ratio, -ratio].map(|s| {
-        let scale = 1.0 / (s * w[0] - v[0]);
-        [(v[1] - s * w[1]) * scale, (v[2] - s * w[2]) * scale]
-    }))
+    ratio.is_finite().then(|| [ratio, -ratio].map(|s| v - s * w))
 }
 
 fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {

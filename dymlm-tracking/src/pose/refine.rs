@@ -273,8 +273,9 @@ struct Row {
 
 /// The one or two rows of an observation; `None` when its point is behind the camera.
 fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation) -> Option<[Option<Row>; 2]> {
-    let row = |turned: Vector3<f64>, gradient: Vector3<f64>, residual: f64, sigma: f64| {
-        let by_rotation = turned.cross(&gradient);
+    // `arm`: from the body's origin to where the residual grows along `gradient`, in the camera's axes.
+    let row = |arm: Vector3<f64>, gradient: Vector3<f64>, residual: f64, sigma: f64| {
+        let by_rotation = arm.cross(&gradient);
         let jacobian = Vector6::new(
             by_rotation[0],
             by_rotation[1],
@@ -299,10 +300,12 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
             Some([row(turned, Vector3::z(), z - depth, sigma), None])
         }
         PoseObservation::Surface { point, normal, measured, sigma } => {
-            let turned = Vector3::from(pose.rotate(point));
             let normal = Vector3::from(pose.rotate(normal));
-            let apart = turned + Vector3::from(pose.translation()) - Vector3::from(measured);
-            Some([row(turned, normal, normal.dot(&apart), sigma), None])
+            let to_measured = Vector3::from(measured) - Vector3::from(pose.translation());
+            let apart = Vector3::from(pose.rotate(point)) - to_measured;
+            // The normal turns with the body, so a rotation moves the plane where it was measured, which may be far
+            // from the point.
+            Some([row(to_measured, normal, normal.dot(&apart), sigma), None])
         }
     }
 }

@@ -185,6 +185,18 @@ fn targets_at_the_border_and_odd_images_do_no_harm() {
 }
 
 #[test]
+fn a_target_whose_middle_is_outside_the_image_stays_where_it_is() {
+    for center in [[-25.0, 80.0], [224.0, 80.0], [100.0, 172.0]] {
+        let image = scene(center, [80.0, 60.0], 1.0, 0.8);
+        let target = region(center, [80.0, 60.0]);
+        let mut tracker = KcfTracker::new(&image, target, &KcfConfig::default()).unwrap();
+        let [u, v] = tracker.update(&image).bounding_box.center();
+        let [expected_u, expected_v] = target.center();
+        assert!((u - expected_u).hypot(v - expected_v) < 1.0, "{u} {v} for {center:?}");
+    }
+}
+
+#[test]
 fn refused_targets_and_configs_are_named_and_change_nothing() {
     let image = scene([100.0, 80.0], SIZE, 1.0, 0.8);
     let outside = BoundingBox::new(500.0, 10.0, 560.0, 60.0).unwrap();

@@ -72,6 +72,24 @@ proptest! {
 }
 
 #[test]
+fn p3p_finds_the_pose_where_points_are_seen_alike() {
+    // Isosceles triangles that face the camera, the one in the middle equilateral; exact, and a little off.
+    for height in [0.4, 3.0_f64.sqrt(), 2.5] {
+        for (depth, nudge) in (0..90).map(|i| (1.5 + 0.15 * f64::from(i / 3), [0.0, 1e-9, 1e-6][i as usize % 3])) {
+            let truth = Pose::new([0.0, 0.0, depth], [0.0, 0.0, 0.0, 1.0]).unwrap();
+            let body = [[0.0, height, 0.0], [1.0, nudge, 0.0], [-1.0, 0.0, nudge]];
+            for first in 0..3 {
+                let body = [body[first], body[(first + 1) % 3], body[(first + 2) % 3]];
+                let poses = p3p(&body.map(|point| truth.transform_point(point)), &body);
+                let apart = poses.iter().map(|pose| pose.distance(&truth) + pose.angle(&truth));
+                let nearest = apart.fold(f64::INFINITY, f64::min);
+                assert!(nearest < 1e-5, "{height} {depth} {nudge} {first}: {nearest} of {}", poses.len());
+            }
+        }
+    }
+}
+
+#[test]
 fn degenerate_points_have_no_pose() {
     let line = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0], [3.0, 3.0, 3.0]];
     assert!(p3p(&[[0.0, 0.0, 1.0]; 3], &[line[0], line[1], line[2]]).is_empty());
@@ -172,6 +190,25 @@ fn depth_and_surfaces_fix_what_pixels_leave_open() {
         .collect();
     let found = refiner.refine(&camera(), &start, &depths).unwrap();
     assert!((found.camera_from_body.translation()[2] - 1.5).abs() < 1e-3);
+}
+
+#[test]
+fn a_surface_may_be_measured_anywhere_on_its_plane() {
+    let truth = Pose::new([0.1, -0.05, 1.2], [0.1, -0.2, 0.3, 0.86_f64.sqrt()]).unwrap();
+    let start = truth * Pose::new([0.01, -0.02, 0.01], [0.02, -0.01, 0.015, 1.0]).unwrap();
+    // Three faces of a box, each known by its middle alone and measured all over.
+    let on_face = |face: usize, i: usize| {
+        let mut middle = [0.0; 3];
+        middle[face] = 0.1;
+        let mut place = middle;
+        place[(face + 1) % 3] = noise(i);
+        place[(face + 2) % 3] = noise(i + 300);
+        let normal = middle.map(|c| 10.0 * c);
+        PoseObservation::Surface { point: middle, normal, measured: truth.transform_point(place), sigma: 0.01 }
+    };
+    let seen: Vec<_> = (0..90).map(|i| on_face(i % 3, i)).collect();
+    let found = PoseRefiner::new(RobustKernel::None).unwrap().refine(&camera(), &start, &seen).unwrap();
+    assert!(found.camera_from_body.distance(&truth) < 1e-6 && found.covariance.is_some());
 }
 
 #[test]

@@ -121,24 +121,27 @@ impl MapBuilder {
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let poses: Vec<Pose> = log.poses().map(|pose| *new_from_old * pose).collect();
         let before = Arc::clone(&self.config);
-        self.turn_given_up(new_from_old);
-        let report = self.correct_from(None, &poses, &mut |_| true);
+        let has_turned = self.turn_given_up(new_from_old);
+        // Maps in which no frame has moved yet are made anew, too: they have the other direction.
+        let report = self.correct_from(has_turned.then_some(0), &poses, &mut |_| true);
         if report.is_err() {
             self.config = before;
         }
         report
     }
 
-    /// Turns the direction that the config says is up. Where it stays what it is, as in a turn about it,
-    /// rounding must not change it.
-    fn turn_given_up(&mut self, new_from_old: &Pose) {
-        let Some(up) = self.config.objects.parameterization.up else { return };
+    /// Turns the direction that the config says is up, and returns whether there is another now. Where it stays
+    /// what it is, as in a turn about it, rounding must not change it.
+    fn turn_given_up(&mut self, new_from_old: &Pose) -> bool {
+        let Some(up) = self.config.objects.parameterization.up else { return false };
         let turned = new_from_old.rotate(up);
-        if dot(up, turned) < (1.0 - 1e-12) * dot(up, up) {
+        let has_turned = dot(up, turned) < (1.0 - 1e-12) * dot(up, up);
+        if has_turned {
             Arc::make_mut(&mut self.config).objects.parameterization.up = Some(turned);
             // Maps of before have the other direction.
             self.snapshots = Snapshots::new();
         }
+        has_turned
     }
 
     /// The frames that were inserted, in the order of their ids, with their times and their poses as they are

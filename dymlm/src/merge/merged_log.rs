@@ -32,9 +32,10 @@ impl MergedLog {
             newest: f64::NEG_INFINITY,
         };
         merged.add_frames(sources);
+        // First, since what is added to a history's file stays there.
+        merged.sessions.iter().try_for_each(|session| merged.check_same(session, sources))?;
         for index in 0..merged.sessions.len() {
-            let begin = merged.add_events(index, sources)?;
-            merged.check_same(index, begin, sources)?;
+            merged.add_events(index, sources)?;
         }
         Ok(merged)
     }
@@ -83,8 +84,8 @@ impl MergedLog {
         places.next().ok_or(Error::UnknownFrame { frame })
     }
 
-    /// Adds the events of a session; returns the place of the first.
-    fn add_events(&mut self, index: usize, sources: [Source<'_>; 2]) -> Result<usize, Error> {
+    /// Adds the events of a session.
+    fn add_events(&mut self, index: usize, sources: [Source<'_>; 2]) -> Result<(), Error> {
         let side = self.sessions[index].side;
         if index > 0 {
             self.log.events.push(Event::SessionBegan { first: Some(self.log.sessions[index].first) });
@@ -94,15 +95,23 @@ impl MergedLog {
             let events = logged.iter().flat_map(|logged| logged.events.clone());
             places.extend(events.zip(begin..).map(|(before, merged)| EventPlace { before, merged }));
         }
-        let Some(logged) = self.sessions[index].logged().cloned() else { return Ok(begin) };
+        let session = &self.sessions[index];
+        let Some(logged) = session.logged().cloned() else { return Ok(()) };
+        // What the first log has of a session that went on longer in the other is in the merged history's file
+        // already: a map into which another is merged again and again must not copy all of that each time.
+        let first = session.places[0].clone().filter(|_| side == 1);
+        let first = first.map(|first| sources[0].events(&first).take(first.own_events()).collect::<Vec<_>>());
+        let mut known = first.into_iter().flatten();
         for event in sources[side].events(&logged) {
             let mut event = self.renamed(side, event)?;
+            let known = known.next().and_then(Event::observation);
             if let Some(observation) = event.observation_mut() {
-                *observation = self.log.history.push_from(&sources[side].log.history, *observation)?;
+                let (side, place) = known.map_or((side, *observation), |known| (0, known));
+                *observation = self.log.history.push_from(&sources[side].log.history, place)?;
             }
             self.log.events.push(event);
         }
-        Ok(begin)
+        Ok(())
     }
 
     /// An event of one of the logs, with the merged log's frame ids.
@@ -113,8 +122,7 @@ impl MergedLog {
     }
 
     /// Refuses a session whose contents differ in the two logs; but one of them may have gone on longer.
-    fn check_same(&self, index: usize, begin: usize, sources: [Source<'_>; 2]) -> Result<(), Error> {
-        let session = &self.sessions[index];
+    fn check_same(&self, session: &UnitedSession, sources: [Source<'_>; 2]) -> Result<(), Error> {
         let [Some(own), Some(other)] = &session.places else { return Ok(()) };
         let differ = || Error::SessionsDiffer { own: session.first_frame(0), other: session.first_frame(1) };
         let [one, two] = sources;
@@ -128,21 +136,20 @@ impl MergedLog {
         if short.own_events() > long.own_events() {
             return Err(differ());
         }
-        let events = sources[shorter].events(short).take(short.own_events());
-        for (event, known) in events.zip(self.log.events.iter_from(begin)) {
-            let event = self.renamed(shorter, event)?;
-            if !event.is_like(known) || !self.is_same_observation(&sources[shorter], &event, known)? {
+        let [short_source, long_source] = [sources[shorter], sources[session.side]];
+        let events = short_source.events(short).take(short.own_events());
+        for (event, known) in events.zip(long_source.events(long)) {
+            let (event, known) = (self.renamed(shorter, event)?, self.renamed(session.side, known)?);
+            let is_same = match (event.observation(), known.observation()) {
+                (Some(one), Some(other)) => {
+                    short_source.log.history.bytes(one)? == long_source.log.history.bytes(other)?
+                }
+                _ => true,
+            };
+            if !is_same || !event.is_like(&known) {
                 return Err(differ());
             }
         }
         Ok(())
-    }
-
-    /// Whether two events have the same observation.
-    fn is_same_observation(&self, source: &Source<'_>, event: &Event, known: &Event) -> Result<bool, Error> {
-        Ok(match (event.observation(), known.observation()) {
-            (Some(one), Some(other)) => source.log.history.bytes(one)? == self.log.history.bytes(other)?,
-            _ => true,
-        })
     }
 }

@@ -59,7 +59,7 @@ impl UnitedSession {
 
 /// The sessions of both logs in the order of their start, each once. The order is the same whichever log is
 /// the first, and whatever was merged before. A session that is in both logs is taken from the one in which
-/// it went on longer.
+/// it went on longer, and from the first where it is the same in both.
 pub(super) fn unite(sources: [Source<'_>; 2]) -> Vec<UnitedSession> {
     let mut candidates = Vec::new();
     for (side, source) in sources.iter().enumerate() {
@@ -94,7 +94,8 @@ fn in_order(one: &Candidate, other: &Candidate) -> Ordering {
 fn united(candidates: &[Candidate]) -> UnitedSession {
     let length =
         |Candidate { logged, .. }: &Candidate| (logged.frames.len(), logged.own_events(), logged.begun_after);
-    let longest = candidates.iter().max_by_key(|candidate| length(candidate));
+    // The last of equals is found.
+    let longest = candidates.iter().rev().max_by_key(|candidate| length(candidate));
     let mut united = UnitedSession { side: longest.map_or(0, |longest| longest.side), places: [None, None] };
     for candidate in candidates {
         united.places[candidate.side] = Some(candidate.logged.clone());

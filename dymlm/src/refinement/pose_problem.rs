@@ -282,8 +282,8 @@ fn views_by_plane(
 
 fn view(pose: usize, sighting: &PlaneSighting, sensor: &SensorModel, config: &RefineConfig) -> PlaneView {
     let common = config.common_noise * f64::from(sensor.sigma(sighting.centroid[2] as f32));
-    // A reading of weight 1 has the noise of a reading at 0.4 m.
-    let least = f64::from(sensor.sigma(0.4));
+    // A reading of weight 1 has the least noise that the sensor has.
+    let least = f64::from(sensor.noise.floor);
     let variance = common * common + least * least / sighting.weight.max(1e-9);
     let &PlaneSighting { centroid, covariance, .. } = sighting;
     PlaneView { pose, information: 1.0 / variance, centroid, covariance }

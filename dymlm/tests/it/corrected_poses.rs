@@ -84,6 +84,21 @@ fn what_is_said_to_be_up_turns_with_the_world() {
     assert_eq!(builder.map().up(), Some(up));
 }
 
+/// With no frame mapped yet, nothing was replayed, and the maps kept the old direction.
+#[test]
+fn a_given_up_turns_before_anything_is_mapped() {
+    let mut config = with_history();
+    config.objects.parameterization.up = Some([0.0, 0.0, 1.0]);
+    let mut builder = MapBuilder::new(config).unwrap();
+    let first = &frames(1)[0];
+    builder.insert(&first.frame, Detections::Pending, &first.world_from_camera).unwrap();
+    let half = 0.5_f64.sqrt();
+    builder.transform(&Pose::new([0.0; 3], [half, 0.0, 0.0, half]).unwrap()).unwrap();
+    assert_eq!(builder.config(), builder.map().config());
+    let up = builder.map().up().unwrap();
+    assert!((up[1] + 1.0).abs() < 1e-9, "{up:?}");
+}
+
 #[test]
 fn nothing_changes_without_a_change() {
     let mut builder = mapped(&frames(8));

@@ -8,7 +8,7 @@ use dymlm::{
 };
 use dymlm_core::{FrameId, ObjectId, PinholeCamera, PlaneId, Pose};
 use dymlm_metrics::TrajectoryScore;
-use dymlm_sim::{PoseErrorConfig, Sequence, SequenceConfig};
+use dymlm_sim::{PoseErrorConfig, SensorConfig, Sequence, SequenceConfig};
 use dymlm_test_support::{Cuboid, Rectangle, World, look_at};
 
 /// A sequence whose poses drift as a SLAM's do, with small images.
@@ -43,6 +43,15 @@ fn error(builder: &MapBuilder, sequence: &Sequence) -> f64 {
     let poses: Vec<Pose> = builder.trajectory().map(|(_, _, pose)| pose).collect();
     let truth: Vec<Pose> = (0..poses.len()).map(|index| sequence.world_from_camera(3 * index)).collect();
     TrajectoryScore::of(&poses, &truth).unwrap().translation
+}
+
+/// Views of planes were refused whose points lie exactly in one plane.
+#[test]
+fn poses_of_a_camera_without_noise_are_refined_as_well() {
+    let mut config = drifting(4, 60).config().clone();
+    config.sensor = SensorConfig::ideal();
+    let mut builder = mapped(&Sequence::new(&config).unwrap());
+    assert!(builder.refine_poses(&RefineConfig::default()).is_ok());
 }
 
 #[test]

@@ -57,6 +57,43 @@ fn damage(path: &Path, at: usize) {
     fs::write(path, bytes).unwrap();
 }
 
+/// Bytes of the files without a name in a folder that this process holds.
+#[cfg(target_os = "linux")]
+fn nameless_bytes(folder: &Path) -> u64 {
+    let held = fs::read_dir("/proc/self/fd").unwrap().flatten().map(|entry| entry.path());
+    let own = held.filter(|file| fs::read_link(file).is_ok_and(|target| target.starts_with(folder)));
+    own.filter_map(|file| fs::metadata(file).ok()).map(|file| file.len()).sum()
+}
+
+/// What both hold was copied from the other map each time.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_map_that_is_merged_again_and_again_takes_what_is_new_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let saved = |name: &str, frames: usize| {
+        let mut builder = MapBuilder::new(config(HistoryConfig::Memory)).unwrap();
+        insert(&mut builder, 0..frames);
+        builder.map().save(at(name)).unwrap();
+    };
+    saved("short", 4);
+    saved("long", 7);
+    let loaded = |name: &str, history: &str| {
+        fs::create_dir(at(history)).unwrap();
+        MultiLevelMap::load_with_history(at(name), HistoryConfig::Folder(at(history))).unwrap()
+    };
+    let (mut own, same, longer) = (loaded("short", "own"), loaded("short", "same"), loaded("long", "longer"));
+    let bytes = || nameless_bytes(&at("own"));
+    let first = bytes();
+    own.merge(&same, &Pose::identity()).unwrap();
+    assert!(first > 0 && bytes() == first, "{first} bytes, then {}", bytes());
+    own.merge(&longer, &Pose::identity()).unwrap();
+    let all = bytes();
+    assert!(all > first && all < nameless_bytes(&at("longer")) * 11 / 10, "{all}");
+    own.merge(&longer, &Pose::identity()).unwrap();
+    assert_eq!(bytes(), all);
+}
+
 #[test]
 fn what_is_saved_is_loaded_with_the_config_and_the_history() {
     let parent = tempfile::tempdir().unwrap();

@@ -325,7 +325,9 @@ impl PlaneExtractor {
             let label = self.block_labels[block];
             if self.growing.is_core(block) {
                 self.sums[usize::from(label) - 1].add(&self.moments[block]);
-                for other in self.grid.neighbors(block).into_iter().flatten() {
+                // Each side once.
+                let [_, right, _, below] = self.grid.neighbors(block);
+                for other in [right, below].into_iter().flatten() {
                     if self.growing.is_core(other) && self.block_labels[other] != label {
                         let labels = [label, self.block_labels[other]];
                         self.meetings.push(Meeting::new(labels, self.grid.side as u32));

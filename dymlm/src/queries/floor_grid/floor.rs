@@ -67,10 +67,9 @@ impl Floor {
     fn grown(start: FloorPlane, others: &mut Vec<FloorPlane>, max_step: f64) -> Self {
         let mut floor = vec![start];
         let mut next = 0;
-        while let Some(plane) = floor.get(next).cloned() {
-            let (joined, rest) = others.drain(..).partition(|other| plane.joins(other, max_step));
+        while let Some(plane) = floor.get(next) {
+            let (joined, rest): (Vec<_>, _) = others.drain(..).partition(|other| plane.joins(other, max_step));
             *others = rest;
-            let joined: Vec<FloorPlane> = joined;
             floor.extend(joined);
             next += 1;
         }

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use dymlm_core::{PlaneId, Pose};
 use dymlm_octree::GridRegion;
 use dymlm_planes::MapPlane;
@@ -23,12 +25,13 @@ pub(super) struct FloorPlane {
     cells: Raster,
 }
 
-/// The mean height at which a plane was read in the cells of a rectangle; NaN where it was not.
+/// The mean height at which a plane was read, in each cell where it was. A plane may reach for kilometres and fill
+/// little of the rectangle around it.
 #[derive(Debug, Clone)]
 struct Raster {
-    first: [i64; 2],
-    size: [usize; 2],
-    heights: Vec<f64>,
+    /// The lowest and the highest column and row.
+    ends: [[i64; 2]; 2],
+    heights: BTreeMap<[i64; 2], f64>,
 }
 
 impl FloorPlane {
@@ -67,13 +70,12 @@ impl FloorPlane {
     }
 
     pub(super) fn region(&self) -> GridRegion {
-        let Raster { first, size, .. } = &self.cells;
-        let corner = |axis: usize, cells: usize| (first[axis] + cells as i64) as f64 * CELL;
-        GridRegion { min: [corner(0, 0), corner(1, 0)], max: [corner(0, size[0]), corner(1, size[1])] }
+        let [min, max] = self.cells.ends;
+        GridRegion { min: min.map(|c| c as f64 * CELL), max: max.map(|c| (c + 1) as f64 * CELL) }
     }
 
     pub(super) fn cell_count(&self) -> usize {
-        self.cells.filled().count()
+        self.cells.heights.len()
     }
 
     /// Whether one goes on to the other: they come near each other, and there by no more than a step.
@@ -111,41 +113,24 @@ impl Raster {
                 (first[axis], last[axis]) = (first[axis].min(own[axis]), last[axis].max(own[axis]));
             }
         }
-        let size = [0, 1].map(|axis| (last[axis] - first[axis] + 1) as usize);
-        let mut raster = Self { first, size, heights: Vec::new() };
-        let mut sums = vec![(0.0, 0_u32); size[0].checked_mul(size[1])?];
+        let mut sums = BTreeMap::new();
         for point in read {
-            if let Some((sum, count)) = raster.index(cell(point)).and_then(|index| sums.get_mut(index)) {
-                *sum += point[2];
-                *count += 1;
-            }
+            let (sum, count) = sums.entry(cell(point)).or_insert((0.0, 0_u32));
+            *sum += point[2];
+            *count += 1;
         }
-        // 0 / 0 where nothing was read.
-        raster.heights = sums.into_iter().map(|(sum, count)| sum / f64::from(count)).collect();
-        Some(raster)
-    }
-
-    fn index(&self, cell: [i64; 2]) -> Option<usize> {
-        let [x, y] = [0, 1].map(|axis| usize::try_from(cell[axis] - self.first[axis]).ok());
-        let (x, y) = (x.filter(|&x| x < self.size[0])?, y.filter(|&y| y < self.size[1])?);
-        Some(y * self.size[0] + x)
+        let heights = sums.into_iter().map(|(cell, (sum, count))| (cell, sum / f64::from(count))).collect();
+        Some(Self { ends: [first, last], heights })
     }
 
     /// The cells in which the plane was read, and how high.
     fn filled(&self) -> impl Iterator<Item = ([i64; 2], f64)> {
-        let filled = self.heights.iter().enumerate().filter(|(_, height)| !height.is_nan());
-        filled.map(|(index, &height)| {
-            let cell = [index % self.size[0], index / self.size[0]];
-            ([0, 1].map(|axis| self.first[axis] + cell[axis] as i64), height)
-        })
+        self.heights.iter().map(|(&cell, &height)| (cell, height))
     }
 
     /// Those within so many cells of one.
     fn near(&self, [x, y]: [i64; 2], cells: i64) -> impl Iterator<Item = ([i64; 2], f64)> {
         let around = (y - cells..=y + cells).flat_map(move |y| (x - cells..=x + cells).map(move |x| [x, y]));
-        around.filter_map(|cell| {
-            let height = *self.heights.get(self.index(cell)?)?;
-            (!height.is_nan()).then_some((cell, height))
-        })
+        around.filter_map(|cell| Some((cell, *self.heights.get(&cell)?)))
     }
 }
