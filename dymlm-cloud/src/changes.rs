@@ -12,7 +12,8 @@ pub(crate) struct Change {
     pub(crate) slot: usize,
     /// 1 + the slot of its block of the evidence, or 0 as long as there is none.
     pub(crate) evidence: u32,
-    /// The voxels that are no ghosts, the weights of those that enough frames have read, and the greatest of these.
+    /// The voxels that are no ghosts, the weights of those that enough frames have read, and the greatest
+    /// of these.
     pub(crate) firm: CellBits,
     pub(crate) weights: Box<Weights>,
     pub(crate) heaviest: f32,

@@ -8,8 +8,9 @@ impl CloudMap {
     /// Whether a place (metres, world) has been free for long, and nothing static stood within `margin`
     /// metres of it: then a new reading there is of something that moves, or of something that has just come
     /// to stay. `false` for places that were never looked through, and for a margin below 0. Costs O(periods)
-    /// for a place that was not free, else as much for each cell within the margin in which a surface was ever
-    /// read, and a look-up for each block of cells there, or for each block of the map if these are fewer.
+    /// for a place that was not free, else as much for each cell within the margin in which a surface was
+    /// ever read, and a look-up for each block of cells there, or for each block of the map if these are
+    /// fewer.
     ///
     /// The readings of the last seconds do not count where there are older ones: they may be of the very
     /// thing that is in question.
@@ -40,13 +41,12 @@ impl CloudMap {
         !around.any(|key| self.has_static_cell(key, ends))
     }
 
-    /// Whether a static thing stood, before the current epoch, in a cell of this block of the evidence, from the lowest
-    /// of two cells to the highest.
+    /// Whether a static thing stood, before the current epoch, in a cell of this block of the evidence,
+    /// from the lowest of two cells to the highest.
     fn has_static_cell(&self, key: BlockKey, [low, high]: [[i32; 3]; 2]) -> bool {
         let Some(block) = self.evidence.blocks().get(key) else { return false };
         let looks_per_reading = self.config.looks_per_reading as f32;
-        let is_within =
-            |cell: [i32; 3]| (0..3).all(|axis| (low[axis]..=high[axis]).contains(&cell[axis]));
+        let is_within = |cell: [i32; 3]| (0..3).all(|axis| (low[axis]..=high[axis]).contains(&cell[axis]));
         let mut stands = false;
         // Where nothing was ever read, nothing is static.
         for_each_bit(block.cells_read(), |index| {

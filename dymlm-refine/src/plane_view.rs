@@ -105,7 +105,8 @@ impl PlaneFactor {
         let eigen = symmetric_eigen3(rows).ok_or_else(|| no_information.clone())?;
         let [largest, _, least] = eigen.values;
         let is_right = information > 0.0 && information.is_finite() && centroid.iter().all(|c| c.is_finite());
-        // Moments are often kept as f32: of points in one plane, the least value is off by 1e-7 of the largest then.
+        // Moments are often kept as f32: of points in one plane, the least value is off by 1e-7 of the
+        // largest then.
         if !is_right || least < -1e-6 * largest {
             return Err(no_information);
         }

@@ -129,9 +129,8 @@ fn matched(places: &[ChangedPlace], told: &[Told<'_>]) -> Vec<Option<usize>> {
     let mut is_taken = vec![false; places.len()];
     let mut matches = Vec::with_capacity(told.len());
     for &Told { object, is_left } in told {
-        let apart = |index: usize| {
-            norm(difference(places[index].place.center(), object.oriented_box.center()))
-        };
+        let apart =
+            |index: usize| norm(difference(places[index].place.center(), object.oriented_box.center()));
         let own = (0..places.len()).filter(|&index| {
             let place = &places[index];
             !is_taken[index] && place.is_left == is_left && place.label == object.label && apart(index) < NEAR
@@ -176,8 +175,8 @@ fn merged(mut maps: Vec<MultiLevelMap>) -> Result<MultiLevelMap, AnyError> {
     Ok(maps.pop().ok_or("no recordings")?)
 }
 
-/// Compares the changes that the second day's sessions found with the truth. Nothing has changed within the first
-/// day: what its sessions found is false.
+/// Compares the changes that the second day's sessions found with the truth. Nothing has changed within the
+/// first day: what its sessions found is false.
 fn report(places: &[ChangedPlace], [first, second]: &[Seen; 2], found: &[SessionChanges]) {
     for ChangedPlace { thing, label, place, is_left } in places {
         let [x, y, z] = place.center();

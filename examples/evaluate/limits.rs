@@ -155,8 +155,8 @@ pub(crate) fn check(rows: &[Row], limits: &[SequenceLimit]) -> Result<(), AnyErr
     if faults.is_empty() { Ok(()) } else { Err(faults.join("\n").into()) }
 }
 
-/// The rows to which limits apply: of finished maps, with our own treatment of movers unless another was asked for.
-/// What poses that drift do to maps is measured, not judged.
+/// The rows to which limits apply: of finished maps, with our own treatment of movers unless another was
+/// asked for. What poses that drift do to maps is measured, not judged.
 fn judged(rows: &[Row]) -> impl Iterator<Item = &Row> {
     let has_own = rows.iter().any(|row| row.treatment == Treatment::Silhouettes);
     let is_own = move |row: &&Row| !has_own || row.treatment == Treatment::Silhouettes;
@@ -187,9 +187,8 @@ mod tests {
             row(Treatment::Silhouettes, Stage::Before, Poses::True, f64::NAN),
             row(Treatment::Silhouettes, Stage::After, Poses::Drifting, 0.2),
         ];
-        let with = |judged: &[&Row]| -> Vec<Row> {
-            others.iter().chain(judged.iter().copied()).cloned().collect()
-        };
+        let with =
+            |judged: &[&Row]| -> Vec<Row> { others.iter().chain(judged.iter().copied()).cloned().collect() };
         check(&with(&[&good]), limits).unwrap();
         assert!(check(&with(&[&good, &bad]), limits).is_err());
         assert!(check(&with(&[]), limits).is_err(), "a sequence without a row meets no limit");

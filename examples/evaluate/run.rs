@@ -150,8 +150,9 @@ impl Run {
         Ok(())
     }
 
-    /// Scores the tracked boxes of people; `given`: the detections that reached the builder, if the detector ran.
-    /// Movers without a label, which are found by geometry, are scored by the mask: they may be anything.
+    /// Scores the tracked boxes of people; `given`: the detections that reached the builder, if the
+    /// detector ran. Movers without a label, which are found by geometry, are scored by the mask: they may
+    /// be anything.
     fn count_boxes(
         &mut self,
         frame: &SimulatedFrame,

@@ -127,7 +127,8 @@ impl Standard {
         scores.set("planes.boundary_iou", score.mean_boundary_iou());
     }
 
-    /// `detected`: for each thing, by its id, the number of frames in which a detection of it reached the map.
+    /// `detected`: for each thing, by its id, the number of frames in which a detection of it reached the
+    /// map.
     pub(crate) fn score_objects(
         &self,
         objects: &ObjectMap,
@@ -182,8 +183,8 @@ impl Standard {
     }
 }
 
-/// Recall among the objects that were detected often enough to be mapped: of the others, a map cannot know. `None`
-/// when there are none.
+/// Recall among the objects that were detected often enough to be mapped: of the others, a map cannot know.
+/// `None` when there are none.
 fn recall_of_detected(score: &ObjectScore, detected: &BTreeMap<usize, u32>) -> Option<f64> {
     let was_detected = |id: &usize| detected.get(id).is_some_and(|&frames| frames >= LEAST_DETECTIONS);
     let asked = score.matches.iter().filter(|found| found.demand == Demand::Asked);

@@ -222,8 +222,7 @@ fn check_inputs_stay(arguments: &Arguments) -> Result<(), AnyError> {
     let Some(session) = &arguments.mcap else { return Ok(()) };
     let Arguments { dataset, detections, class_names, trajectory, corrections, config, .. } = arguments;
     let Arguments { detector, detector_names, .. } = arguments;
-    let read =
-        [dataset, detections, class_names, trajectory, corrections, config, detector, detector_names];
+    let read = [dataset, detections, class_names, trajectory, corrections, config, detector, detector_names];
     match read.into_iter().flatten().find(|path| is_same(path, session)) {
         None => Ok(()),
         Some(path) => Err(format!(

@@ -370,7 +370,7 @@ fn a_recording_read_after_each_frame_gives_the_cloud_that_is_read_once() {
     let Some(folder) = recording("kitchen_people") else { return };
     let mut read = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
     let mut silent = read.clone();
-    for (step, recorded) in recorded_frames(&folder).skip(130).step_by(2).enumerate() {
+    for (step, recorded) in recorded_frames(&folder).skip(130).step_by(4).enumerate() {
         for map in [&mut read, &mut silent] {
             map.insert(&recorded.frame, None, &recorded.world_from_camera).unwrap();
         }
@@ -846,7 +846,8 @@ fn space_is_long_free_where_frames_looked_through_before_the_current_epoch() {
     assert!(!map.is_long_free([f64::NAN; 3], 0.0) && !map.is_long_free([1e12; 3], 0.0));
 }
 
-/// What is taken out of an old frame, or comes late, does not make its time the present; nor does a map that is merged.
+/// What is taken out of an old frame, or comes late, does not make its time the present; nor does a map
+/// that is merged.
 #[test]
 fn the_present_is_that_of_the_newest_frame_whatever_is_taken_out_or_added() {
     let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
@@ -1109,7 +1110,7 @@ mod saved_state {
                 apply(&mut map, 5, seed);
             }
             let mut random = SplitMix64::new(seed);
-            for _ in 0..30 {
+            for _ in 0..10 {
                 let parts = damaged_parts(&whole(&map), &mut random);
                 if let Ok(mut damaged) = load(parts) {
                     apply(&mut damaged, 0, 2);

@@ -205,7 +205,10 @@ fn a_box_whose_border_the_lens_model_does_not_describe_keeps_its_middle() {
     for [x_min, y_min, x_max, y_max] in [[100.0, 0.0, 540.0, 480.0], [100.0, 210.0, 350.0, 270.0]] {
         let raw = BoundingBox::new(x_min, y_min, x_max, y_max).unwrap();
         let area = rectifier.rectify_box(&raw).unwrap();
-        assert!(area.x_min() < 60.0 && area.y_min() < inner.y_min() && area.y_max() > inner.y_max(), "{area:?}");
+        assert!(
+            area.x_min() < 60.0 && area.y_min() < inner.y_min() && area.y_max() > inner.y_max(),
+            "{area:?}"
+        );
         assert!(area.x_min() >= 0.0 && area.x_max() >= inner.x_max() && area.x_max() <= 640.0, "{area:?}");
     }
     let corner = BoundingBox::new(0.0, 0.0, 60.0, 60.0).unwrap();

@@ -351,7 +351,8 @@ impl BoxTracker {
         let memory = self.memory();
         self.tracks.retain(|track| track.matched.is_some() || timestamp - track.last_seen <= memory);
         if self.tracks.len() > MAX_TRACKS {
-            // Those in this frame are kept, and those seen last; among those seen at the same time, the older ones.
+            // Those in this frame are kept, and those seen last; among those seen at the same time, the
+            // older ones.
             self.tracks.sort_by(|a, b| {
                 let is_here = b.matched.is_some().cmp(&a.matched.is_some());
                 is_here.then(b.last_seen.total_cmp(&a.last_seen)).then(a.id.cmp(&b.id))

@@ -9,8 +9,8 @@ use dymlm_core::{ConfigError, check_range};
 pub struct SegmentationConfig {
     /// Least distance between samples, pixels, 1..=64. Default 1.
     pub spacing: f32,
-    /// Most samples of a box and its margin, 16..=1000000: the spacing grows until there are no more, but for a row and
-    /// a column of them. Default 20000.
+    /// Most samples of a box and its margin, 16..=1000000: the spacing grows until there are no more, but
+    /// for a row and a column of them. Default 20000.
     pub max_samples: usize,
     /// How far around the box samples are taken, pixels, 0..=640. Default 6.
     pub margin: f32,

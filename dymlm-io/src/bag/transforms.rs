@@ -54,8 +54,8 @@ pub enum NoTransform {
     Trajectory(#[from] UncoveredTime),
 }
 
-/// The pose of each frame in its parent over time. It is used once all transforms are read. Of the parents that a
-/// bag gives a frame, the first one counts, and of fixed transforms the last.
+/// The pose of each frame in its parent over time. It is used once all transforms are read. Of the parents
+/// that a bag gives a frame, the first one counts, and of fixed transforms the last.
 #[derive(Debug, Default)]
 pub(super) struct TransformTree {
     edges: BTreeMap<String, Edge>,

@@ -175,7 +175,8 @@ fn clear_aside(aside: &Path, target: &Path) -> Result<(), Error> {
     fs::remove_dir(aside).map_err(Error::io(aside))
 }
 
-/// Where a folder has room for a file of this name: with a number behind it where somebody has put another since.
+/// Where a folder has room for a file of this name: with a number behind it where somebody has put another
+/// since.
 fn free_path(folder: &Path, name: &OsStr) -> PathBuf {
     let numbered = (1_u32..).map(|number| {
         let mut name = name.to_owned();

@@ -73,8 +73,8 @@ impl TrueFace {
         Self::from_cells(id, plane, outline, cells).filter(|face| face.area > 0.0)
     }
 
-    /// A face with known seen cells, without a label and not a relief of another face. `None` when a list of the
-    /// cells has not one entry for each cell of the raster.
+    /// A face with known seen cells, without a label and not a relief of another face. `None` when a list
+    /// of the cells has not one entry for each cell of the raster.
     pub fn from_cells(
         id: usize,
         plane: Plane,

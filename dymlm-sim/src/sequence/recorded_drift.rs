@@ -46,8 +46,8 @@ const LEAST_LENGTH: f64 = 0.01;
 
 impl RecordedDrift {
     /// Takes the drift from the true poses of a path and the odometry's at the same times (both world from
-    /// sensor). `None` when their numbers differ, or the path is not longer than a centimetre: that is a sensor at
-    /// rest, and a path of metres would be thousands of such.
+    /// sensor). `None` when their numbers differ, or the path is not longer than a centimetre: that is a
+    /// sensor at rest, and a path of metres would be thousands of such.
     pub fn new(exact: &[Pose], estimated: &[Pose]) -> Option<Self> {
         if exact.len() != estimated.len() {
             return None;

@@ -43,8 +43,8 @@ pub struct Corner {
 
 /// Finds corners: local maxima of the smaller eigenvalue of the gradient matrix.
 ///
-/// Shi, Tomasi: "Good Features to Track", CVPR 1994. O(pixels of the region), and a comparison of each local maximum
-/// with each corner that is stronger; working memory is reused.
+/// Shi, Tomasi: "Good Features to Track", CVPR 1994. O(pixels of the region), and a comparison of each
+/// local maximum with each corner that is stronger; working memory is reused.
 ///
 /// ```
 /// use dymlm_core::BoundingBox;

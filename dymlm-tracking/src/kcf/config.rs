@@ -30,9 +30,9 @@ impl KcfConfig {
     }
 }
 
-/// Published settings that need no change: those of the authors' own C++ program (Faro, Bailer, Henriques, 2015) for
-/// histograms of gradients. They are for videos in which the target changes little between frames; the paper's
-/// table 2 differs in two of them.
+/// Published settings that need no change: those of the authors' own C++ program (Faro, Bailer, Henriques,
+/// 2015) for histograms of gradients. They are for videos in which the target changes little between
+/// frames; the paper's table 2 differs in two of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Published {
     /// Side of a gradient cell, pixels of the template.

@@ -260,8 +260,8 @@ impl KcfTracker {
         }
     }
 
-    /// Moves by a shift in pixels, at most to the image's border; a centre that is beyond it already, as of a target
-    /// that the border cuts, stays as far out.
+    /// Moves by a shift in pixels, at most to the image's border; a centre that is beyond it already, as of
+    /// a target that the border cuts, stays as far out.
     fn move_by(&mut self, shift: [f32; 2], image: &GrayImage) {
         let limits = [image.width() as f32, image.height() as f32];
         for axis in 0..2 {

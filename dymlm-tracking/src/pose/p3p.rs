@@ -1,10 +1,11 @@
 use dymlm_core::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-/// Newton steps on the three distances: two reach the precision of f64, or more where two solutions are nearly one.
+/// Newton steps on the three distances: two reach the precision of f64, or more where two solutions are
+/// nearly one.
 const POLISHING_STEPS: usize = 5;
-/// Distances that miss an equation by more are no solution; in units of the largest distance between the points,
-/// squared.
+/// Distances that miss an equation by more are no solution; in units of the largest distance between the
+/// points, squared.
 const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The poses `camera_from_body` at which a camera sees three points of a body along three given directions:
@@ -12,8 +13,8 @@ const LARGEST_RESIDUAL: f64 = 1e-9;
 ///
 /// Persson, Nordberg: "Lambda Twist: An Accurate Fast Robust Perspective Three Point (P3P) Solver", ECCV
 /// 2018. The distances to the points satisfy three quadratic equations. A root of a cubic gives a degenerate
-/// combination of them, which splits into two planes; each plane leaves a quadratic. Unlike there, no distance is
-/// expressed by the two others, which fails where two points are seen alike. O(1).
+/// combination of them, which splits into two planes; each plane leaves a quadratic. Unlike there, no
+/// distance is expressed by the two others, which fails where two points are seen alike. O(1).
 ///
 /// `directions` are in the camera's frame, of any length; `points` are in the body's frame, metres. There is
 /// no pose when the points lie on a line or a number is not finite.
@@ -80,7 +81,9 @@ impl Equations {
         for normal in planes {
             for direction in self.directions_in(&normal) {
                 let distances = self.scaled(direction).map(|distances| self.polish(distances));
-                found.extend(distances.filter(|&distances| self.residual(distances).amax() <= LARGEST_RESIDUAL));
+                found.extend(
+                    distances.filter(|&distances| self.residual(distances).amax() <= LARGEST_RESIDUAL),
+                );
             }
         }
         found
@@ -99,7 +102,8 @@ impl Equations {
         let size = |form: &[f64; 3]| form.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
         let [form, other] = self.forms().map(|form| within(&form));
         let [square, linear, constant] = if size(&form) >= size(&other) { form } else { other };
-        // Roots x : y of square x^2 + linear x y + constant y^2. Where two of them are one, rounding must not lose it.
+        // Roots x : y of square x^2 + linear x y + constant y^2. Where two of them are one, rounding must
+        // not lose it.
         let discriminant = (linear * linear - 4.0 * square * constant).max(0.0);
         let sum = -0.5 * (linear + discriminant.sqrt().copysign(linear));
         [[sum, square], [constant, sum]].map(|[x, y]| first * x + second * y)
@@ -136,8 +140,8 @@ impl Equations {
         is_finite.then(|| cubic_root(c3, c2, c1, c0).map_or(d2, |gamma| d1 + d2 * gamma))
     }
 
-    /// D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are the matrices of the equations' left sides. Both
-    /// forms vanish at any solution.
+    /// D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are the matrices of the equations' left
+    /// sides. Both forms vanish at any solution.
     fn forms(&self) -> [Matrix3<f64>; 2] {
         let [a12, a13, a23] = self.a;
         let [b12, b13, b23] = self.b.map(|b| 0.5 * b);

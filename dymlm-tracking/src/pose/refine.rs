@@ -303,8 +303,8 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
             let normal = Vector3::from(pose.rotate(normal));
             let to_measured = Vector3::from(measured) - Vector3::from(pose.translation());
             let apart = Vector3::from(pose.rotate(point)) - to_measured;
-            // The normal turns with the body, so a rotation moves the plane where it was measured, which may be far
-            // from the point.
+            // The normal turns with the body, so a rotation moves the plane where it was measured, which
+            // may be far from the point.
             Some([row(to_measured, normal, normal.dot(&apart), sigma), None])
         }
     }

@@ -75,7 +75,9 @@ proptest! {
 fn p3p_finds_the_pose_where_points_are_seen_alike() {
     // Isosceles triangles that face the camera, the one in the middle equilateral; exact, and a little off.
     for height in [0.4, 3.0_f64.sqrt(), 2.5] {
-        for (depth, nudge) in (0..90).map(|i| (1.5 + 0.15 * f64::from(i / 3), [0.0, 1e-9, 1e-6][i as usize % 3])) {
+        for (depth, nudge) in
+            (0..90).map(|i| (1.5 + 0.15 * f64::from(i / 3), [0.0, 1e-9, 1e-6][i as usize % 3]))
+        {
             let truth = Pose::new([0.0, 0.0, depth], [0.0, 0.0, 0.0, 1.0]).unwrap();
             let body = [[0.0, height, 0.0], [1.0, nudge, 0.0], [-1.0, 0.0, nudge]];
             for first in 0..3 {
@@ -204,7 +206,12 @@ fn a_surface_may_be_measured_anywhere_on_its_plane() {
         place[(face + 1) % 3] = noise(i);
         place[(face + 2) % 3] = noise(i + 300);
         let normal = middle.map(|c| 10.0 * c);
-        PoseObservation::Surface { point: middle, normal, measured: truth.transform_point(place), sigma: 0.01 }
+        PoseObservation::Surface {
+            point: middle,
+            normal,
+            measured: truth.transform_point(place),
+            sigma: 0.01,
+        }
     };
     let seen: Vec<_> = (0..90).map(|i| on_face(i % 3, i)).collect();
     let found = PoseRefiner::new(RobustKernel::None).unwrap().refine(&camera(), &start, &seen).unwrap();

@@ -130,8 +130,8 @@ impl MapBuilder {
         report
     }
 
-    /// Turns the direction that the config says is up, and returns whether there is another now. Where it stays
-    /// what it is, as in a turn about it, rounding must not change it.
+    /// Turns the direction that the config says is up, and returns whether there is another now. Where it
+    /// stays what it is, as in a turn about it, rounding must not change it.
     fn turn_given_up(&mut self, new_from_old: &Pose) -> bool {
         let Some(up) = self.config.objects.parameterization.up else { return false };
         let turned = new_from_old.rotate(up);

@@ -97,8 +97,9 @@ impl MergedLog {
         }
         let session = &self.sessions[index];
         let Some(logged) = session.logged().cloned() else { return Ok(()) };
-        // What the first log has of a session that went on longer in the other is in the merged history's file
-        // already: a map into which another is merged again and again must not copy all of that each time.
+        // What the first log has of a session that went on longer in the other is in the merged history's
+        // file already: a map into which another is merged again and again must not copy all of that each
+        // time.
         let first = session.places[0].clone().filter(|_| side == 1);
         let first = first.map(|first| sources[0].events(&first).take(first.own_events()).collect::<Vec<_>>());
         let mut known = first.into_iter().flatten();

