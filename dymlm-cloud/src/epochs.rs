@@ -137,6 +137,16 @@ impl Epochs {
         &mut self.periods[place]
     }
 
+    /// Counts something in the period of an epoch. What was counted in an older one is packed again: the block may not
+    /// come into view for long, as where a frame of hours ago is taken out.
+    pub(crate) fn count(&mut self, epoch: i32, count: impl FnOnce(&mut Period) -> bool) -> bool {
+        let is_overdrawn = count(self.period_mut(epoch));
+        if self.periods.last().is_some_and(|newest| epoch < newest.first) {
+            self.pack_older();
+        }
+        is_overdrawn
+    }
+
     /// What was counted in a cell, newest period first.
     pub(crate) fn of_cell(&self, index: usize) -> impl Iterator<Item = (&Period, Support)> {
         self.periods.iter().rev().map(move |period| (period, period.at(index)))

@@ -435,9 +435,10 @@ impl EvidenceBlock {
     /// overdrawn.
     fn count_readings(&mut self, reads: &BlockReads, epoch: i32, direction: Direction) -> bool {
         let movers = without(reads.movers, reads.surfaces);
-        let period = self.epochs.period_mut(epoch);
-        period.count_all(&reads.surfaces, Finding::Surface, direction)
-            | period.count_all(&movers, Finding::Mover, direction)
+        self.epochs.count(epoch, |period| {
+            period.count_all(&reads.surfaces, Finding::Surface, direction)
+                | period.count_all(&movers, Finding::Mover, direction)
+        })
     }
 
     fn count_looked_through(
@@ -449,7 +450,7 @@ impl EvidenceBlock {
     ) -> bool {
         let cells = match cells {
             LookedThrough::All if reads.is_none() => {
-                return self.epochs.period_mut(epoch).count_whole(direction);
+                return self.epochs.count(epoch, |period| period.count_whole(direction));
             }
             LookedThrough::All => [u64::MAX; BLOCK_CELLS / 64],
             LookedThrough::Cells(cells) => cells,
@@ -458,7 +459,7 @@ impl EvidenceBlock {
         if cells == CellBits::default() {
             return false;
         }
-        self.epochs.period_mut(epoch).count_all(&cells, Finding::LookedThrough, direction)
+        self.epochs.count(epoch, |period| period.count_all(&cells, Finding::LookedThrough, direction))
     }
 
     /// What the counts say of the cell with this index.

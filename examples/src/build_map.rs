@@ -423,10 +423,12 @@ fn insert_all(
             Ok(next) => {
                 let pose = *world_from_session * next.world_from_camera;
                 match builder.insert(&next.frame, next.detections.as_deref(), &pose) {
-                    Ok(report) => {
+                    Ok(mut report) => {
                         if let Err(error) = observers.record(&next, &report, &pose, builder) {
                             warn(format!("recording of the session has stopped: {error}"));
                         }
+                        // Of hours of recording: nobody asks for them any more.
+                        report.movers = Vec::new();
                         reports.push(report);
                         indices.push(index);
                     }

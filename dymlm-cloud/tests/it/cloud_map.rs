@@ -875,6 +875,17 @@ fn the_present_is_that_of_the_newest_frame_whatever_is_taken_out_or_added() {
     }
 }
 
+#[test]
+fn old_frames_that_are_taken_out_leave_no_more_memory_taken() {
+    let mut map = CloudMap::new(config(0.02), SensorModel::kinect()).unwrap();
+    insert_walls(&mut map, 0.0, [60.0, 5.0], 2.4);
+    let before = map.memory_bytes();
+    for step in 0..20 {
+        map.remove(&frame(f64::from(step) / 5.0, |_, _| 2.4), None, &Pose::identity()).unwrap();
+    }
+    assert!(map.memory_bytes() <= before, "{} after {before} bytes", map.memory_bytes());
+}
+
 /// A time at which nothing was inserted once joined the periods of all evidence before it.
 #[test]
 fn a_refused_removal_leaves_what_is_known_of_time() {

@@ -70,8 +70,15 @@ pub struct SessionRecorder {
     outlines: OutlineTiles,
     planes: BTreeMap<u64, PlaneRecord>,
     objects: BTreeMap<u64, ObjectRecord>,
-    /// Whether the last grid that was recorded has any cells that are known.
-    shows_grid: bool,
+    /// The grid that was recorded last, unless it was taken away.
+    grid: Option<ShownGrid>,
+}
+
+/// A grid that is brought up to date from what changes, and the direction up for which it was made.
+#[derive(Debug)]
+struct ShownGrid {
+    floor: FloorGrid,
+    up: [f64; 3],
 }
 
 impl SessionRecorder {
@@ -90,7 +97,7 @@ impl SessionRecorder {
             outlines: OutlineTiles::new(1.0),
             planes: BTreeMap::new(),
             objects: BTreeMap::new(),
-            shows_grid: false,
+            grid: None,
         })
     }
 
@@ -140,7 +147,7 @@ impl SessionRecorder {
         changed.extend(self.record_objects(time, map, &changes.objects, up)?);
         self.record_outlines(time, changed)?;
         // As long as no grid was written, it may have lacked the camera, or a floor under it.
-        if let (Some(up), true) = (up, !self.shows_grid || !changes.octree.is_empty()) {
+        if let (Some(up), true) = (up, self.grid.is_none() || !changes.octree.is_empty()) {
             self.record_grid(time, map, up)?;
         }
         self.writer.flush()?;
@@ -241,7 +248,7 @@ impl SessionRecorder {
 
     /// Puts a grid of a single unknown cell in the place of the one that is shown.
     fn clear_grid(&mut self, time: f64) -> Result<(), Error> {
-        if std::mem::take(&mut self.shows_grid) {
+        if self.grid.take().is_some() {
             let (resolution, world_from_grid) = (0.05, Pose::identity());
             let nothing = GridRecord { width: 1, height: 1, resolution, world_from_grid, cells: vec![-1] };
             self.writer.write_grid(time, &nothing)?;
@@ -249,14 +256,28 @@ impl SessionRecorder {
         Ok(())
     }
 
+    /// Makes the grid that of the floor under a place: brings it up to date, or makes another where the camera has come
+    /// to another floor.
+    fn follow_floor(&mut self, at: [f64; 3], map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
+        let shown = self.grid.as_mut().filter(|shown| shown.up == up).zip(self.recorded.as_ref());
+        if let Some((shown, recorded)) = shown
+            && shown.floor.update(recorded, map).is_ok()
+            && is_above(at, &shown.floor, map, up)
+        {
+            return Ok(());
+        }
+        let floor = map.floor_grid(at, up, &FloorGridConfig::default())?;
+        self.grid = Some(ShownGrid { floor, up });
+        Ok(())
+    }
+
     /// Without a floor under the camera there is no grid, nor where it would have too many cells.
     fn record_grid(&mut self, time: f64, map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
         let Some(at) = self.camera else { return Ok(()) };
-        match map.floor_grid(at, up, &FloorGridConfig::default()) {
-            Ok(floor) => {
-                self.writer.write_grid(time, &grid_record(&floor, at)?)?;
-                self.shows_grid = true;
-                Ok(())
+        match self.follow_floor(at, map, up) {
+            Ok(()) => {
+                let shown = self.grid.as_ref().map(|shown| grid_record(&shown.floor, at)).transpose()?;
+                Ok(shown.map_or(Ok(()), |grid| self.writer.write_grid(time, &grid))?)
             }
             Err(Error::NoFloor { .. } | Error::Octree(dymlm_octree::Error::GridSize { .. })) => {
                 self.clear_grid(time)
@@ -264,6 +285,13 @@ impl SessionRecorder {
             Err(error) => Err(error),
         }
     }
+}
+
+/// Whether the plane under a place is a part of a floor.
+fn is_above(at: [f64; 3], floor: &FloorGrid, map: &MultiLevelMap, up: [f64; 3]) -> bool {
+    let FloorGridConfig { max_distance, reach, .. } = FloorGridConfig::default();
+    let under = map.floor_under(at, up, max_distance, reach);
+    under.is_some_and(|under| floor.planes().contains(&under.plane))
 }
 
 fn gone<Id: Copy>(changes: &ChangedThings<Id>) -> impl Iterator<Item = Id> + '_ {
@@ -330,6 +358,31 @@ mod tests {
         (builder, frame(4.0), eye)
     }
 
+    #[test]
+    fn the_grid_follows_the_maps() {
+        let (mut builder, mut frame, eye) = seen_ahead();
+        let (folder, up) = (tempfile::tempdir().unwrap(), [0.0, 0.0, 1.0]);
+        let path = folder.path().join("session.mcap");
+        let mut recorder = SessionRecorder::create(&path, &McapWriterOptions::default()).unwrap();
+        recorder.set_up(up);
+        let mut sizes = Vec::new();
+        for step in 0..3 {
+            // The floor goes on ahead.
+            let eye = Pose::new([0.0, 1.5 * f64::from(step), 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * eye;
+            for _ in 0..4 {
+                frame.set_timestamp(frame.timestamp() + 1.0).unwrap();
+                builder.insert(&frame, &[], &eye).unwrap();
+            }
+            recorder.record_frame(&frame, None, &eye).unwrap();
+            recorder.record_map(frame.timestamp(), builder.map()).unwrap();
+            let anew = builder.map().floor_grid(eye.translation(), up, &FloorGridConfig::default()).unwrap();
+            let shown = recorder.grid.as_ref().unwrap();
+            assert!(shown.floor.grid().cells() == anew.grid().cells(), "step {step}");
+            sizes.push(anew.grid().cells().len());
+        }
+        assert!(sizes.is_sorted_by(|a, b| a < b), "{sizes:?}");
+    }
+
     /// Regression: it was drawn at the height of the camera.
     #[test]
     fn the_grid_lies_on_the_floor_also_where_the_camera_stands_beside_it() {
@@ -350,9 +403,9 @@ mod tests {
         let mut recorder = SessionRecorder::create(&path, &McapWriterOptions::default()).unwrap();
         recorder.set_up([0.0, 0.0, 1.0]);
         recorder.record_map(3.0, builder.map()).unwrap();
-        assert!(!recorder.shows_grid);
+        assert!(recorder.grid.is_none());
         recorder.record_frame(&frame, None, &eye).unwrap();
         recorder.record_map(4.0, builder.map()).unwrap();
-        assert!(recorder.shows_grid);
+        assert!(recorder.grid.is_some());
     }
 }

@@ -2,6 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dymlm::core::{ObjectId, PinholeCamera, Pose};
 use dymlm::dynamics::BoxSource;
+use dymlm::objects::ObjectState;
 use dymlm::{FrameReport, MapBuilder, MapMemory, MapUpdate, MultiLevelMap};
 
 use super::things::{PageObject, millimetres, page_object};
@@ -22,6 +23,8 @@ pub struct RunRecorder {
     memory: Vec<(f64, MapMemory)>,
     /// All objects that were ever confirmed, in their last state.
     known: BTreeMap<ObjectId, PageObject>,
+    /// Whether those of resumed maps are among them.
+    knows_all: bool,
     gone: BTreeSet<ObjectId>,
     movers: BTreeMap<u64, MoverWay>,
     /// The maps before this run, if it resumed any.
@@ -68,6 +71,7 @@ impl RunRecorder {
             clock_offset: (!is_resumed).then_some(0.0),
             memory: Vec::new(),
             known: BTreeMap::new(),
+            knows_all: false,
             gone: BTreeSet::new(),
             movers: BTreeMap::new(),
             before: is_resumed.then(|| builder.map().clone()),
@@ -127,10 +131,19 @@ impl RunRecorder {
         }
     }
 
+    /// Keeps the last state of each object: those that were there before are looked at once, then those that a frame
+    /// has changed.
     fn watch_objects(&mut self, update: &MapUpdate, map: &MultiLevelMap) {
-        self.gone.extend(update.objects.removed.iter().filter(|id| self.known.contains_key(id)));
-        for object in map.objects().objects() {
-            self.known.insert(object.id(), page_object(object, Vec::new()));
+        let (changes, objects) = (&update.objects, map.objects());
+        self.gone.extend(changes.removed.iter().filter(|id| self.known.contains_key(id)));
+        let seen = changes.observed.iter().map(|(_, id)| *id);
+        let kept = changes.merged.iter().map(|merge| merge.kept);
+        let changed = seen.chain(kept).chain(changes.confirmed.iter().copied());
+        let all = (!std::mem::replace(&mut self.knows_all, true)).then(|| objects.objects());
+        for object in all.into_iter().flatten().chain(changed.filter_map(|id| objects.object(id))) {
+            if object.state() == ObjectState::Confirmed {
+                self.known.insert(object.id(), page_object(object, Vec::new()));
+            }
         }
     }
 
