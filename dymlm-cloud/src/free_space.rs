@@ -41,7 +41,7 @@ impl CloudMap {
         !around.any(|key| self.has_static_cell(key, ends))
     }
 
-    /// Whether a static thing stood, before the current epoch, in a cell of this block of the evidence,
+    /// Whether a static thing stood, before the newest epoch, in a cell of this block of the evidence,
     /// from the lowest of two cells to the highest.
     fn has_static_cell(&self, key: BlockKey, [low, high]: [[i32; 3]; 2]) -> bool {
         let Some(block) = self.evidence.blocks().get(key) else { return false };

@@ -155,8 +155,8 @@ impl Rectifier {
             let (x, y) = (between(x_min, x_max, step), between(y_min, y_max, step));
             [[x, y_min], [x, y_max], [x_min, y], [x_max, y]]
         });
-        // What the model describes lies around the principal point: none of the box, where not the nearest
-        // to that.
+        // What the model describes lies around the principal point. Where it does not describe the place of
+        // the box that is nearest to that, it describes none of the box.
         let nearest = [self.raw.cx().clamp(x_min, x_max), self.raw.cy().clamp(y_min, y_max)];
         self.rectify_point(nearest)?;
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
@@ -166,8 +166,8 @@ impl Rectifier {
         BoundingBox::try_from(bounds.map(|side| side as f32)).ok()
     }
 
-    /// Rectifies a place of the raw image, or the nearest to it, on the way to one that can be rectified,
-    /// that can be as well.
+    /// Rectifies a place of the raw image. Where the lens model does not describe it, the last place that it
+    /// does describe, on the line from another one (`other`) to this, takes its place.
     fn rectify_toward(&self, place: [f64; 2], other: [f64; 2]) -> Option<[f64; 2]> {
         let along = |share: f64| [0, 1].map(|axis| place[axis] + share * (other[axis] - place[axis]));
         if let Some(rectified) = self.rectify_point(place) {

@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 /// nearly one.
 const POLISHING_STEPS: usize = 5;
 /// Distances that miss an equation by more are no solution; in units of the largest distance between the
-/// points, squared.
+/// points, squared. Of far points, rounding alone is a larger share of the distances' own squares.
 const LARGEST_RESIDUAL: f64 = 1e-9;
+const LARGEST_SHARE: f64 = 1e-12;
 
 /// The poses `camera_from_body` at which a camera sees three points of a body along three given directions:
 /// up to four.
@@ -81,9 +82,7 @@ impl Equations {
         for normal in planes {
             for direction in self.directions_in(&normal) {
                 let distances = self.scaled(direction).map(|distances| self.polish(distances));
-                found.extend(
-                    distances.filter(|&distances| self.residual(distances).amax() <= LARGEST_RESIDUAL),
-                );
+                found.extend(distances.filter(|&distances| self.is_solved_by(distances)));
             }
         }
         found
@@ -124,6 +123,11 @@ impl Equations {
             l1 * l1 + l3 * l3 + b13 * l1 * l3,
             l2 * l2 + l3 * l3 + b23 * l2 * l3,
         ]
+    }
+
+    fn is_solved_by(&self, distances: [f64; 3]) -> bool {
+        let most = LARGEST_RESIDUAL.max(LARGEST_SHARE * Vector3::from(distances).norm_squared());
+        self.residual(distances).amax() <= most
     }
 
     fn residual(&self, distances: [f64; 3]) -> Vector3<f64> {

@@ -92,6 +92,15 @@ fn p3p_finds_the_pose_where_points_are_seen_alike() {
 }
 
 #[test]
+fn p3p_finds_the_pose_of_a_small_triangle_far_away() {
+    let truth = Pose::new([3.0, -2.0, 200.0], [0.1, -0.2, 0.3, 0.86_f64.sqrt()]).unwrap();
+    let body = [[0.0, 0.0, 0.0], [0.02, 0.0, 0.005], [0.0, 0.015, 0.0]];
+    let poses = p3p(&body.map(|point| truth.transform_point(point)), &body);
+    let nearest = poses.iter().map(|pose| pose.distance(&truth)).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 0.01, "{nearest} of {}", poses.len());
+}
+
+#[test]
 fn degenerate_points_have_no_pose() {
     let line = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0], [3.0, 3.0, 3.0]];
     assert!(p3p(&[[0.0, 0.0, 1.0]; 3], &[line[0], line[1], line[2]]).is_empty());
