@@ -25,11 +25,24 @@ pub enum PoseObservation {
         /// Standard deviation, metres.
         sigma: f64,
     },
-    /// A measured place on the plane through the point (point-to-plane distance).
+    /// A place measured near a point of a surface, by its distance from the plane there (point-to-plane ICP, Chen
+    /// and Medioni 1991). The surface may be curved: how it is inclined is taken to count at the point alone. Of a
+    /// flat face that is measured far from its known points, see [`Plane`](Self::Plane).
     Surface {
         /// A point of the surface, metres.
         point: [f64; 3],
         /// The surface's unit normal there.
+        normal: [f64; 3],
+        /// The measured place, metres, camera frame.
+        measured: [f64; 3],
+        /// Standard deviation along the normal, metres.
+        sigma: f64,
+    },
+    /// A place measured anywhere on a plane.
+    Plane {
+        /// A point of the plane, metres.
+        point: [f64; 3],
+        /// The plane's unit normal.
         normal: [f64; 3],
         /// The measured place, metres, camera frame.
         measured: [f64; 3],
@@ -44,7 +57,8 @@ impl PoseObservation {
         let (is_finite, sigma) = match self {
             Self::Pixel { point, pixel, sigma } => (finite(point) && finite(pixel), *sigma),
             Self::Depth { point, depth, sigma } => (finite(point) && depth.is_finite(), *sigma),
-            Self::Surface { point, normal, measured, sigma } => {
+            Self::Surface { point, normal, measured, sigma }
+            | Self::Plane { point, normal, measured, sigma } => {
                 (finite(point) && finite(normal) && finite(measured), *sigma)
             }
         };

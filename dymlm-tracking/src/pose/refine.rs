@@ -300,6 +300,14 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
             Some([row(turned, Vector3::z(), z - depth, sigma), None])
         }
         PoseObservation::Surface { point, normal, measured, sigma } => {
+            let turned = Vector3::from(pose.rotate(point));
+            let normal = Vector3::from(pose.rotate(normal));
+            let apart = turned + Vector3::from(pose.translation()) - Vector3::from(measured);
+            // Not where it was measured: on a curved surface, that it lies beside the point says nothing of how
+            // the body is turned.
+            Some([row(turned, normal, normal.dot(&apart), sigma), None])
+        }
+        PoseObservation::Plane { point, normal, measured, sigma } => {
             let normal = Vector3::from(pose.rotate(normal));
             let to_measured = Vector3::from(measured) - Vector3::from(pose.translation());
             let apart = Vector3::from(pose.rotate(point)) - to_measured;

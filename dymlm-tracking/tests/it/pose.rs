@@ -204,7 +204,7 @@ fn depth_and_surfaces_fix_what_pixels_leave_open() {
 }
 
 #[test]
-fn a_surface_may_be_measured_anywhere_on_its_plane() {
+fn a_plane_may_be_measured_anywhere() {
     let truth = Pose::new([0.1, -0.05, 1.2], [0.1, -0.2, 0.3, 0.86_f64.sqrt()]).unwrap();
     let start = truth * Pose::new([0.01, -0.02, 0.01], [0.02, -0.01, 0.015, 1.0]).unwrap();
     // Three faces of a box, each known by its middle alone and measured all over.
@@ -215,12 +215,7 @@ fn a_surface_may_be_measured_anywhere_on_its_plane() {
         place[(face + 1) % 3] = noise(i);
         place[(face + 2) % 3] = noise(i + 300);
         let normal = middle.map(|c| 10.0 * c);
-        PoseObservation::Surface {
-            point: middle,
-            normal,
-            measured: truth.transform_point(place),
-            sigma: 0.01,
-        }
+        PoseObservation::Plane { point: middle, normal, measured: truth.transform_point(place), sigma: 0.01 }
     };
     let seen: Vec<_> = (0..90).map(|i| on_face(i % 3, i)).collect();
     let found = PoseRefiner::new(RobustKernel::None).unwrap().refine(&camera(), &start, &seen).unwrap();
