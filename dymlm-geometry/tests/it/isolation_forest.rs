@@ -173,7 +173,8 @@ fn path_lengths_of_small_samples_are_those_of_the_definition() {
     let mean_path = |score: f64| -score.log2() * normal;
     let [near, middle, far] = [[0.0], [1.0], [10.0]].map(|row| mean_path(trees.score(&row)));
     assert!((far - 1.1).abs() < 0.01 && (near - 1.9).abs() < 0.01, "{far} {near}");
-    assert!((middle - 2.0).abs() < 1e-12, "{middle}");
+    // c, like the paths, is an f32.
+    assert!((middle - 2.0).abs() < 1e-7, "{middle}");
 }
 
 #[test]
