@@ -137,8 +137,8 @@ impl Epochs {
         &mut self.periods[place]
     }
 
-    /// Counts something in the period of an epoch. What was counted in an older one is packed again: the block may not
-    /// come into view for long, as where a frame of hours ago is taken out.
+    /// Counts something in the period of an epoch. What was counted in an older one is packed again: the
+    /// block may not come into view for long, as where a frame of hours ago is taken out.
     pub(crate) fn count(&mut self, epoch: i32, count: impl FnOnce(&mut Period) -> bool) -> bool {
         let is_overdrawn = count(self.period_mut(epoch));
         if self.periods.last().is_some_and(|newest| epoch < newest.first) {

@@ -107,8 +107,8 @@ impl MapBuilder {
     /// While the object moves, its pixels are kept out of the maps, and the object map shows it where it
     /// stood. Once it has come to rest, the object stands at its new pose and its old place is empty in all
     /// maps: its points of the cloud go with it, the octree's cells that held it are free, planes that were
-    /// its faces go with it, and the object itself keeps its id and all that is known of it. Where older frames still
-    /// wait for their detections, all of that happens before they are mapped.
+    /// its faces go with it, and the object itself keeps its id and all that is known of it. Where older
+    /// frames still wait for their detections, all of that happens before they are mapped.
     ///
     /// ```no_run
     /// # use dymlm::{MapBuilder, core::{Detection, Frame, Pose}, tracking::ObjectTrackerConfig};

@@ -183,9 +183,9 @@ fn free_path(folder: &Path, name: &OsStr) -> PathBuf {
         name.push(format!(".{number}"));
         name
     });
-    let paths = std::iter::once(name.to_owned()).chain(numbered).map(|name| folder.join(name));
+    let mut paths = std::iter::once(name.to_owned()).chain(numbered).map(|name| folder.join(name));
     // A link that leads nowhere takes its name, too.
-    paths.into_iter().find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| folder.join(name))
+    paths.find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| folder.join(name))
 }
 
 /// Names of files in a map's folder that are not the map's.

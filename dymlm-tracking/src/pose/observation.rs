@@ -25,9 +25,9 @@ pub enum PoseObservation {
         /// Standard deviation, metres.
         sigma: f64,
     },
-    /// A place measured near a point of a surface, by its distance from the plane there (point-to-plane ICP, Chen
-    /// and Medioni 1991). The surface may be curved: how it is inclined is taken to count at the point alone. Of a
-    /// flat face that is measured far from its known points, see [`Plane`](Self::Plane).
+    /// A place measured near a point of a surface, by its distance from the plane there (point-to-plane
+    /// ICP, Chen and Medioni 1991). The surface may be curved: how it is inclined is taken to count at the
+    /// point alone. Of a flat face that is measured far from its known points, see [`Plane`](Self::Plane).
     Surface {
         /// A point of the surface, metres.
         point: [f64; 3],

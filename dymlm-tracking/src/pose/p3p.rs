@@ -77,35 +77,16 @@ impl Equations {
     /// All positive solutions.
     fn distances(&self) -> Vec<[f64; 3]> {
         let mut found = Vec::with_capacity(4);
-        let Some(degenerate) = self.degenerate_conic() else { return found };
+        let forms = self.forms();
+        let Some(degenerate) = degenerate_conic(&forms) else { return found };
         let Some(planes) = split(&degenerate) else { return found };
         for normal in planes {
-            for direction in self.directions_in(&normal) {
+            for direction in directions_in(&normal, &forms) {
                 let distances = self.scaled(direction).map(|distances| self.polish(distances));
                 found.extend(distances.filter(|&distances| self.is_solved_by(distances)));
             }
         }
         found
-    }
-
-    /// The directions of (l1, l2, l3) in a plane through the origin at which the homogeneous equations hold.
-    fn directions_in(&self, normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
-        let thinnest = Vector3::ith(normal.iamin(), 1.0);
-        let first = normal.cross(&thinnest).normalize();
-        let second = normal.cross(&first).normalize();
-        // In the plane, one of the two forms is a multiple of the other: the larger one says more.
-        let within = |form: &Matrix3<f64>| {
-            let [with_first, with_second] = [form * first, form * second];
-            [first.dot(&with_first), 2.0 * first.dot(&with_second), second.dot(&with_second)]
-        };
-        let size = |form: &[f64; 3]| form.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
-        let [form, other] = self.forms().map(|form| within(&form));
-        let [square, linear, constant] = if size(&form) >= size(&other) { form } else { other };
-        // Roots x : y of square x^2 + linear x y + constant y^2. Where two of them are one, rounding must
-        // not lose it.
-        let discriminant = (linear * linear - 4.0 * square * constant).max(0.0);
-        let sum = -0.5 * (linear + discriminant.sqrt().copysign(linear));
-        [[sum, square], [constant, sum]].map(|[x, y]| first * x + second * y)
     }
 
     /// The distances along a direction, as far as the equations say in sum; `None` unless all are positive.
@@ -132,16 +113,6 @@ impl Equations {
 
     fn residual(&self, distances: [f64; 3]) -> Vector3<f64> {
         Vector3::from(self.left_sides(distances)) - Vector3::from(self.a)
-    }
-
-    /// D1 + gamma D2 with determinant 0; D2 where it is degenerate itself, and no other combination is.
-    fn degenerate_conic(&self) -> Option<Matrix3<f64>> {
-        let [d1, d2] = self.forms();
-        let mixed = |p: &Matrix3<f64>, q: &Matrix3<f64>| adjugate(p).dot(&q.transpose());
-        let coefficients = [d2.determinant(), mixed(&d2, &d1), mixed(&d1, &d2), d1.determinant()];
-        let [c3, c2, c1, c0] = coefficients;
-        let is_finite = coefficients.iter().all(|c| c.is_finite());
-        is_finite.then(|| cubic_root(c3, c2, c1, c0).map_or(d2, |gamma| d1 + d2 * gamma))
     }
 
     /// D1 = a23 M12 - a12 M23 and D2 = a13 M23 - a23 M13, where M are the matrices of the equations' left
@@ -201,6 +172,15 @@ impl Equations {
     }
 }
 
+/// D1 + gamma D2 with determinant 0; D2 where it is degenerate itself, and no other combination is.
+fn degenerate_conic([d1, d2]: &[Matrix3<f64>; 2]) -> Option<Matrix3<f64>> {
+    let mixed = |p: &Matrix3<f64>, q: &Matrix3<f64>| adjugate(p).dot(&q.transpose());
+    let coefficients = [d2.determinant(), mixed(d2, d1), mixed(d1, d2), d1.determinant()];
+    let [c3, c2, c1, c0] = coefficients;
+    let is_finite = coefficients.iter().all(|c| c.is_finite());
+    is_finite.then(|| cubic_root(c3, c2, c1, c0).map_or(*d2, |gamma| d1 + d2 * gamma))
+}
+
 /// Splits a degenerate conic into two planes, of which it gives the normals.
 fn split(conic: &Matrix3<f64>) -> Option<[Vector3<f64>; 2]> {
     let eigen = conic.symmetric_eigen();
@@ -211,6 +191,26 @@ fn split(conic: &Matrix3<f64>) -> Option<[Vector3<f64>; 2]> {
     let [v, w] = [eigen.eigenvectors.column(order[0]), eigen.eigenvectors.column(order[1])];
     let ratio = (-weak / strong).max(0.0).sqrt();
     ratio.is_finite().then(|| [ratio, -ratio].map(|s| v - s * w))
+}
+
+/// The directions of (l1, l2, l3) in a plane through the origin at which both forms vanish.
+fn directions_in(normal: &Vector3<f64>, forms: &[Matrix3<f64>; 2]) -> [Vector3<f64>; 2] {
+    let thinnest = Vector3::ith(normal.iamin(), 1.0);
+    let first = normal.cross(&thinnest).normalize();
+    let second = normal.cross(&first).normalize();
+    // In the plane, one of the two forms is a multiple of the other: the larger one says more.
+    let within = |form: &Matrix3<f64>| {
+        let [with_first, with_second] = [form * first, form * second];
+        [first.dot(&with_first), 2.0 * first.dot(&with_second), second.dot(&with_second)]
+    };
+    let size = |form: &[f64; 3]| form.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
+    let [form, other] = forms.each_ref().map(within);
+    let [square, linear, constant] = if size(&form) >= size(&other) { form } else { other };
+    // Roots x : y of square x^2 + linear x y + constant y^2. Where two of them are one, rounding must
+    // not lose it.
+    let discriminant = (linear * linear - 4.0 * square * constant).max(0.0);
+    let sum = -0.5 * (linear + discriminant.sqrt().copysign(linear));
+    [[sum, square], [constant, sum]].map(|[x, y]| first * x + second * y)
 }
 
 fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {

@@ -303,8 +303,8 @@ fn residuals(camera: &PinholeCamera, pose: &Pose, observation: &PoseObservation)
             let turned = Vector3::from(pose.rotate(point));
             let normal = Vector3::from(pose.rotate(normal));
             let apart = turned + Vector3::from(pose.translation()) - Vector3::from(measured);
-            // Not where it was measured: on a curved surface, that it lies beside the point says nothing of how
-            // the body is turned.
+            // Not where it was measured: on a curved surface, that it lies beside the point says nothing of
+            // how the body is turned.
             Some([row(turned, normal, normal.dot(&apart), sigma), None])
         }
         PoseObservation::Plane { point, normal, measured, sigma } => {

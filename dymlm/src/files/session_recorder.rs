@@ -256,17 +256,18 @@ impl SessionRecorder {
         Ok(())
     }
 
-    /// Makes the grid that of the floor under a place: brings it up to date, or makes another where the camera has come
-    /// to another floor.
+    /// Makes the grid that of the floor under a place: brings it up to date, or makes another where the
+    /// camera has come to another floor.
     fn follow_floor(&mut self, at: [f64; 3], map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
+        let config = FloorGridConfig::default();
         let shown = self.grid.as_mut().filter(|shown| shown.up == up).zip(self.recorded.as_ref());
         if let Some((shown, recorded)) = shown
             && shown.floor.update(recorded, map).is_ok()
-            && is_above(at, &shown.floor, map, up)
+            && map.start_of_floor(at, up, &config).is_ok_and(|plane| shown.floor.planes().contains(&plane))
         {
             return Ok(());
         }
-        let floor = map.floor_grid(at, up, &FloorGridConfig::default())?;
+        let floor = map.floor_grid(at, up, &config)?;
         self.grid = Some(ShownGrid { floor, up });
         Ok(())
     }
@@ -276,8 +277,10 @@ impl SessionRecorder {
         let Some(at) = self.camera else { return Ok(()) };
         match self.follow_floor(at, map, up) {
             Ok(()) => {
-                let shown = self.grid.as_ref().map(|shown| grid_record(&shown.floor, at)).transpose()?;
-                Ok(shown.map_or(Ok(()), |grid| self.writer.write_grid(time, &grid))?)
+                if let Some(shown) = &self.grid {
+                    self.writer.write_grid(time, &grid_record(&shown.floor, at)?)?;
+                }
+                Ok(())
             }
             Err(Error::NoFloor { .. } | Error::Octree(dymlm_octree::Error::GridSize { .. })) => {
                 self.clear_grid(time)
@@ -285,13 +288,6 @@ impl SessionRecorder {
             Err(error) => Err(error),
         }
     }
-}
-
-/// Whether the plane under a place is a part of a floor.
-fn is_above(at: [f64; 3], floor: &FloorGrid, map: &MultiLevelMap, up: [f64; 3]) -> bool {
-    let FloorGridConfig { max_distance, reach, .. } = FloorGridConfig::default();
-    let under = map.floor_under(at, up, max_distance, reach);
-    under.is_some_and(|under| floor.planes().contains(&under.plane))
 }
 
 fn gone<Id: Copy>(changes: &ChangedThings<Id>) -> impl Iterator<Item = Id> + '_ {

@@ -101,8 +101,7 @@ impl MergedLog {
         // file already: a map into which another is merged again and again must not copy all of that each
         // time.
         let first = session.places[0].clone().filter(|_| side == 1);
-        let first = first.map(|first| sources[0].events(&first).take(first.own_events()).collect::<Vec<_>>());
-        let mut known = first.into_iter().flatten();
+        let mut known = first.iter().flat_map(|first| sources[0].own_events(first));
         for event in sources[side].events(&logged) {
             let mut event = self.renamed(side, event)?;
             let known = known.next().and_then(Event::observation);
@@ -138,8 +137,7 @@ impl MergedLog {
             return Err(differ());
         }
         let [short_source, long_source] = [sources[shorter], sources[session.side]];
-        let events = short_source.events(short).take(short.own_events());
-        for (event, known) in events.zip(long_source.events(long)) {
+        for (event, known) in short_source.own_events(short).zip(long_source.events(long)) {
             let (event, known) = (self.renamed(shorter, event)?, self.renamed(session.side, known)?);
             let is_same = match (event.observation(), known.observation()) {
                 (Some(one), Some(other)) => {

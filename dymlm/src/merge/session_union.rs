@@ -39,6 +39,11 @@ impl Source<'_> {
         self.log.events.iter_from(session.events.start).take(session.events.len())
     }
 
+    /// The events of a session without those of the next one's beginning.
+    pub(super) fn own_events(&self, session: &LoggedSession) -> impl Iterator<Item = &Event> {
+        self.events(session).take(session.own_events())
+    }
+
     /// The frames of a session.
     pub(super) fn frames(&self, session: &LoggedSession) -> impl Iterator<Item = &InsertedFrame> {
         self.log.frames.iter_from(session.frames.start).take(session.frames.len())

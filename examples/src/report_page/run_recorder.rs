@@ -131,8 +131,8 @@ impl RunRecorder {
         }
     }
 
-    /// Keeps the last state of each object: those that were there before are looked at once, then those that a frame
-    /// has changed.
+    /// Keeps the last state of each object: those that were there before are looked at once, then those
+    /// that a frame has changed.
     fn watch_objects(&mut self, update: &MapUpdate, map: &MultiLevelMap) {
         let (changes, objects) = (&update.objects, map.objects());
         self.gone.extend(changes.removed.iter().filter(|id| self.known.contains_key(id)));

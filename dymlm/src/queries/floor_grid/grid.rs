@@ -100,7 +100,13 @@ impl MultiLevelMap {
         floors.collect()
     }
 
-    fn start_of_floor(&self, at: [f64; 3], up: [f64; 3], config: &FloorGridConfig) -> Result<PlaneId, Error> {
+    /// The plane under a position, with which its floor begins.
+    pub(crate) fn start_of_floor(
+        &self,
+        at: [f64; 3],
+        up: [f64; 3],
+        config: &FloorGridConfig,
+    ) -> Result<PlaneId, Error> {
         // Of length 1, whatever the length of the caller's.
         let unit_up = OccupancyGrid::frame(up)?.rotate([0.0, 0.0, 1.0]);
         let under = self.floor_under(at, unit_up, config.max_distance, config.reach);
