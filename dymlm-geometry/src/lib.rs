@@ -1,6 +1,6 @@
 //! Algorithms on point clouds: exact DBSCAN, voxel grids, outlier removal, principal axes,
 //! convex hulls and minimum-area rectangles, oriented boxes and their overlap, isolation forests,
-//! optimal assignment, rigid alignment, segmentation of the thing in a box.
+//! optimal assignment, searches of the nearest point, rigid alignment, segmentation of the thing in a box.
 
 mod assignment;
 mod box_tree;
@@ -13,6 +13,7 @@ mod lattice;
 mod minimum_area_rectangle;
 mod oriented_box;
 mod parallel;
+mod point_tree;
 mod principal_axes;
 mod rigid_alignment;
 mod segmentation;
@@ -29,6 +30,7 @@ pub use minimum_area_rectangle::{
 pub use oriented_box::{
     BoxFit, OrientedBox, OrientedBoxError, OrientedBoxScratch, fit_oriented_box, fit_oriented_box_with,
 };
+pub use point_tree::PointTree;
 pub use principal_axes::PrincipalAxes;
 pub use rigid_alignment::rigid_alignment;
 pub use segmentation::{

@@ -1,8 +1,9 @@
 use std::ops::RangeInclusive;
 
 use dymlm_core::{Error, Frame, Mask, Point, Pose};
+use dymlm_geometry::PointTree;
 
-use crate::nearest::{CELL, MATCHED, Neighbors};
+use crate::nearest::{CELL, MATCHED};
 use crate::share::share;
 use crate::voxel_means::{VoxelMeans, readings};
 
@@ -95,7 +96,7 @@ impl DynamicMapScorer {
     /// Scores the points of a map in the world: those of a cloud, or the centres of an octree's occupied
     /// cells. Points that are not finite are ignored; the points' order and repetition do not matter.
     pub fn score(&self, map: &[Point]) -> DynamicMapScore {
-        let map = Neighbors::of(map);
+        let map = PointTree::new(map);
         let [(statics, kept_statics), (dynamics, kept_dynamics)] =
             [&self.static_readings, &self.dynamic_readings].map(|readings| count_kept(readings, &map));
 
@@ -115,10 +116,10 @@ impl DynamicMapScorer {
 }
 
 /// The number of readings, and the number of them that a map keeps.
-fn count_kept(readings: &VoxelMeans, map: &Neighbors) -> (u64, u64) {
+fn count_kept(readings: &VoxelMeans, map: &PointTree) -> (u64, u64) {
     // In lattice order, successive searches take similar paths through the tree.
     readings.voxels().iter().fold((0, 0), |(all, kept), voxel| {
-        let is_kept = map.reach(voxel.mean(), MATCHED);
+        let is_kept = map.nearest_within(voxel.mean(), MATCHED).is_some();
         (all + voxel.points, kept + if is_kept { voxel.points } else { 0 })
     })
 }

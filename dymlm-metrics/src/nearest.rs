@@ -1,7 +1,5 @@
-use std::num::NonZero;
-
 use dymlm_core::Point;
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use dymlm_geometry::PointTree;
 
 /// Distance within which a map's content matches the truth, metres: the tolerance of the `DynamicMap`
 /// benchmark, and the distance at which planes are associated.
@@ -16,45 +14,14 @@ pub(crate) const OFF_SURFACE: f32 = 0.06;
 /// are more exact and take more memory; at this side, shares are off by less than 2 %.
 pub(crate) const CELL: f64 = 0.02;
 
-/// The finite points of a set, for searches of the nearest one.
-#[derive(Debug)]
-pub(crate) struct Neighbors {
-    /// `None` without points: in an empty tree, the nearest point would be one that does not exist.
-    tree: Option<ImmutableKdTree<f32, 3>>,
-}
-
-impl Neighbors {
-    pub(crate) fn of(points: &[Point]) -> Self {
-        let points: Vec<Point> = points.iter().copied().filter(is_finite).collect();
-        let tree = if points.is_empty() { None } else { ImmutableKdTree::new_from_slice(&points).ok() };
-        Self { tree }
-    }
-
-    /// Distance to the nearest point, metres; infinite if there is none, or if `place` is not finite.
-    pub(crate) fn distance(&self, place: Point) -> f32 {
-        let Some(tree) = self.tree.as_ref().filter(|_| is_finite(&place)) else { return f32::INFINITY };
-        let nearest = tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(NonZero::<usize>::MIN).execute();
-        nearest.first().map_or(f32::INFINITY, |found| found.distance.sqrt())
-    }
-
-    /// Whether a point is within `reach` metres of a place.
-    pub(crate) fn reach(&self, place: Point, reach: f32) -> bool {
-        self.tree.as_ref().filter(|_| is_finite(&place)).is_some_and(|tree| {
-            // Limited to `reach`: far from all points, an unlimited search visits half of the tree.
-            let nearest = tree.query(&place).nearest_n::<SquaredEuclidean<f32>>(NonZero::<usize>::MIN);
-            !nearest.within(reach * reach).execute().is_empty()
-        })
-    }
-}
-
 pub(crate) fn is_finite(point: &Point) -> bool {
     point.iter().all(|c| c.is_finite())
 }
 
 /// Share of the `asked` points that have one of `points` within `reach` metres; `None` when `asked` is empty.
 pub(crate) fn share_within(asked: &[Point], points: &[Point], reach: f32) -> Option<f64> {
-    let neighbors = Neighbors::of(points);
-    let covered = asked.iter().filter(|&&point| neighbors.reach(point, reach)).count();
+    let tree = PointTree::new(points);
+    let covered = asked.iter().filter(|&&point| tree.nearest_within(point, reach).is_some()).count();
     crate::share::share(covered as u64, asked.len() as u64)
 }
 

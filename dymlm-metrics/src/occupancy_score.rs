@@ -1,7 +1,7 @@
 use std::ops::RangeInclusive;
 
 use dymlm_core::{ConfigError, DepthImage, Error, Frame, Mask, Point, Pose, check_range};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use dymlm_geometry::PointTree;
 
 use crate::SpaceTruth;
 use crate::free_space::FreeSpace;
@@ -303,12 +303,11 @@ fn covered(points: &[Point], pieces: &[Piece], reach: f32) -> Vec<bool> {
     // One tree for each size, so that a few large cubes do not widen every search.
     for of_size in pieces.chunk_by(|a, b| a.size == b.size) {
         let centers: Vec<Point> = of_size.iter().map(|piece| piece.center).collect();
-        let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&centers) else { continue };
+        let tree = PointTree::new(&centers);
         let radius = of_size[0].half_diagonal() + reach;
         for (point, covered) in points.iter().zip(&mut covered).filter(|(_, covered)| !**covered) {
-            let near =
-                tree.query(point).within::<SquaredEuclidean<f32>>(radius * radius).unsorted().execute();
-            *covered = near.iter().any(|found| of_size[found.item as usize].distance(*point) <= reach);
+            let mut near = tree.within(*point, radius);
+            *covered = near.any(|index| of_size[index].distance(*point) <= reach);
         }
     }
     covered

@@ -1,6 +1,7 @@
 use dymlm_core::{ConfigError, Point, check_range};
+use dymlm_geometry::PointTree;
 
-use crate::nearest::{Neighbors, is_finite};
+use crate::nearest::is_finite;
 
 /// The truth for a cloud or an occupancy map: where static surface is, where movers have been, and which
 /// surface could be seen. All in the frame of the map, metres.
@@ -59,8 +60,8 @@ pub trait SpaceTruth {
 #[derive(Debug)]
 pub struct PointTruth {
     surface: Vec<Point>,
-    nearest: Neighbors,
-    movers: Neighbors,
+    nearest: PointTree,
+    movers: PointTree,
     margin: f32,
 }
 
@@ -74,18 +75,18 @@ impl PointTruth {
     pub fn new(mut surface: Vec<Point>, movers: &[Point], margin: f64) -> Result<Self, ConfigError> {
         check_range("margin", margin, 0.0..=10.0)?;
         surface.retain(is_finite);
-        let (nearest, movers) = (Neighbors::of(&surface), Neighbors::of(movers));
+        let (nearest, movers) = (PointTree::new(&surface), PointTree::new(movers));
         Ok(Self { surface, nearest, movers, margin: margin as f32 })
     }
 }
 
 impl SpaceTruth for PointTruth {
     fn surface_distance(&self, point: Point) -> f32 {
-        self.nearest.distance(point)
+        self.nearest.nearest(point).map_or(f32::INFINITY, |(_, distance)| distance)
     }
 
     fn swept_by_movers(&self, point: Point) -> bool {
-        self.movers.reach(point, self.margin)
+        self.movers.nearest_within(point, self.margin).is_some()
     }
 
     fn visible_points(&self) -> Vec<Point> {

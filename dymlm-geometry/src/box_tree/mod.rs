@@ -5,6 +5,7 @@ mod least_label;
 mod nearest;
 mod pairs;
 mod tree;
+mod within;
 
 pub(crate) use least_label::LeastLabels;
 pub(crate) use nearest::Nearest;

@@ -82,7 +82,11 @@ impl BoxTree {
 
     /// A tree of finite points; points after the first 2^32 - 1 are left out.
     pub(crate) fn new(points: impl Iterator<Item = Point>) -> Self {
-        let mut entries: Vec<(Point, u32)> = points.zip(0..u32::MAX).collect();
+        Self::of_numbered(points.zip(0..u32::MAX).collect())
+    }
+
+    /// A tree of finite points with the numbers that [`Self::indices`] gives them.
+    pub(crate) fn of_numbered(mut entries: Vec<(Point, u32)>) -> Self {
         let mut nodes = Vec::with_capacity(2 * entries.len().div_ceil(LEAF) + 1);
         if !entries.is_empty() {
             add_node(&mut nodes, &mut entries, 0);

@@ -11,6 +11,7 @@ mod minimal_box;
 mod minimum_area_rectangle;
 mod oriented_box;
 mod oriented_box_fit;
+mod point_tree;
 mod principal_axes;
 mod rigid_alignment;
 mod statistical_outlier_removal;
