@@ -1,12 +1,14 @@
 //! The object step on 640x480 frames with ten detections, on one thread, measured in processor time.
 
+mod processor_time;
+
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use dymlm_benches::ProcessorTime;
 use dymlm_core::{Detection, Frame, Plane, PlaneId, Pose, SensorModel};
 use dymlm_objects::{ObjectConfig, ObjectMapper, ObjectView, SupportPlane};
 use dymlm_sim::{DetectorConfig, Sequence, SequenceType};
+use processor_time::ProcessorTime;
 
 /// Frames of a desk whose things are all detected, ten per frame, and the frames' poses.
 struct Views {

@@ -1,9 +1,7 @@
 //! Seeded inputs that the benches share.
 
-mod processor_time;
 mod resident_bytes;
 
-pub use processor_time::ProcessorTime;
 pub use resident_bytes::resident_bytes;
 
 use dymlm_core::{DepthImage, PinholeCamera, Point};

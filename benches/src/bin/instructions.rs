@@ -2,7 +2,7 @@
 //! instructions: a processor's noise does not touch these, so that a change of a few per cent shows.
 //!
 //! `instructions` prints the names, `instructions NAME` prepares an operation and runs it once. Inputs are
-//! seeded. An example, since the gate builds all of these.
+//! seeded.
 
 #![allow(clippy::print_stdout, reason = "a program for the terminal")]
 #![allow(clippy::unnecessary_wraps, reason = "all operations have one type")]

@@ -5,7 +5,7 @@ use dymlm_test_support::processor_time;
 
 /// Makes criterion measure [`processor_time`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ProcessorTime;
+pub(crate) struct ProcessorTime;
 
 impl Measurement for ProcessorTime {
     type Intermediate = Duration;
