@@ -29,8 +29,33 @@ pub(super) enum Heights {
     /// The same heights for all cells, and whether the grid grows to where something is observed between
     /// them.
     Same { range: HeightRange, grows: bool },
-    /// Heights for each cell; NaN where nothing counts.
-    ByCell(Vec<HeightRange>),
+    /// Heights for each cell, NaN where nothing counts, and the lowest and the highest of all.
+    ByCell { ranges: Vec<HeightRange>, all: HeightRange },
+}
+
+impl Heights {
+    pub(super) fn by_cell(ranges: Vec<HeightRange>) -> Self {
+        // `min` and `max` ignore NaN.
+        let all = ranges.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |all, range| {
+            [all[0].min(range[0]), all[1].max(range[1])]
+        });
+        Self::ByCell { ranges, all }
+    }
+
+    pub(super) fn of(&self, index: usize) -> HeightRange {
+        match self {
+            Self::Same { range, .. } => *range,
+            Self::ByCell { ranges, .. } => ranges.get(index).copied().unwrap_or(NO_HEIGHTS),
+        }
+    }
+
+    /// The lowest and the highest height of all cells.
+    pub(super) fn all(&self) -> HeightRange {
+        match self {
+            Self::Same { range, .. } => *range,
+            Self::ByCell { all, .. } => *all,
+        }
+    }
 }
 
 /// The heights of a cell for which none were given.
@@ -61,7 +86,7 @@ impl OccupancyGrid {
         // The first index of an empty grid means nothing.
         let [x, y] = [0, 1].map(|axis| (self.place.first[axis] - place.first[axis]).max(0) as usize);
         self.cells = moved(&self.cells, old_width, CellState::Unknown, count, width, [x, y]);
-        if let Heights::ByCell(ranges) = &mut self.heights {
+        if let Heights::ByCell { ranges, .. } = &mut self.heights {
             *ranges = moved(ranges, old_width, NO_HEIGHTS, count, width, [x, y]);
         }
         self.place = place;
@@ -99,7 +124,7 @@ impl OccupancyGrid {
         let cells = self.part(&self.cells, place, CellState::Unknown)?;
         let heights = match &self.heights {
             Heights::Same { range, .. } => Heights::Same { range: *range, grows: false },
-            Heights::ByCell(ranges) => Heights::ByCell(self.part(ranges, place, NO_HEIGHTS)?),
+            Heights::ByCell { ranges, .. } => Heights::by_cell(self.part(ranges, place, NO_HEIGHTS)?),
         };
         Ok(Self { place, cells, heights, ..*self })
     }

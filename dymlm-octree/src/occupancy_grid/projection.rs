@@ -112,10 +112,10 @@ impl Octree {
         region.check()?;
         let place = GridCells::of(region, self.resolution());
         let frame = (axes, world_from_grid(axes)?);
-        let mut grid = OccupancyGrid::over(place, self.resolution(), frame, Heights::ByCell(Vec::new()))?;
+        let mut grid = OccupancyGrid::over(place, self.resolution(), frame, Heights::by_cell(Vec::new()))?;
         let centers = (0..grid.cells.len()).map(|index| grid.center_of(index));
         let ranges = centers.map(|center| heights(center).unwrap_or(NO_HEIGHTS));
-        grid.heights = Heights::ByCell(ranges.collect());
+        grid.heights = Heights::by_cell(ranges.collect());
         grid.fill(&mut self.accessor());
         Ok(grid)
     }
@@ -217,11 +217,7 @@ impl OccupancyGrid {
     pub(super) fn projected(&self, accessor: &mut Accessor<'_>, index: usize) -> CellState {
         let [x, y] = self.center_of(index);
         let foot = std::array::from_fn(|k| x * self.axes[0][k] + y * self.axes[1][k]);
-        let range = match &self.heights {
-            Heights::Same { range, .. } => *range,
-            Heights::ByCell(ranges) => ranges.get(index).copied().unwrap_or(NO_HEIGHTS),
-        };
-        column_state(accessor, foot, self.axes[2], range)
+        column_state(accessor, foot, self.axes[2], self.heights.of(index))
     }
 
     pub(super) fn center_of(&self, index: usize) -> [f64; 2] {

@@ -81,7 +81,7 @@ impl OccupancyGrid {
         let has_grown = self.reach_out(region)?;
         let mut indices = Vec::new();
         self.push_cells_over(changes, &mut indices);
-        let old = std::mem::replace(&mut self.heights, Heights::ByCell(Vec::new()));
+        let old = std::mem::replace(&mut self.heights, Heights::by_cell(Vec::new()));
         let mut ranges = Vec::with_capacity(self.cells.len());
         for index in 0..self.cells.len() {
             let range = heights(self.center_of(index)).unwrap_or(NO_HEIGHTS);
@@ -90,7 +90,7 @@ impl OccupancyGrid {
             }
             ranges.push(range);
         }
-        self.heights = Heights::ByCell(ranges);
+        self.heights = Heights::by_cell(ranges);
         Ok(self.project_again(map, indices, has_grown))
     }
 
@@ -110,7 +110,7 @@ impl OccupancyGrid {
         let (Some(region), Heights::Same { range, .. }) = (region, &self.heights) else { return Ok(()) };
         // A grid that cannot grow so far stays as it was.
         cell_count(self.place_with(region))?;
-        self.heights = Heights::ByCell(vec![*range; self.cells.len()]);
+        self.heights = Heights::by_cell(vec![*range; self.cells.len()]);
         Ok(())
     }
 
@@ -181,26 +181,6 @@ impl GridUpdate {
         let [xs, ys] = self.bounds.get_or_insert([[x, x], [y, y]]);
         *xs = [xs[0].min(x), xs[1].max(x)];
         *ys = [ys[0].min(y), ys[1].max(y)];
-    }
-}
-
-impl Heights {
-    fn of(&self, index: usize) -> HeightRange {
-        match self {
-            Self::Same { range, .. } => *range,
-            Self::ByCell(ranges) => ranges.get(index).copied().unwrap_or(NO_HEIGHTS),
-        }
-    }
-
-    /// The lowest and the highest height of all cells.
-    fn all(&self) -> HeightRange {
-        match self {
-            Self::Same { range, .. } => *range,
-            // `min` and `max` ignore NaN.
-            Self::ByCell(ranges) => ranges.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |all, range| {
-                [all[0].min(range[0]), all[1].max(range[1])]
-            }),
-        }
     }
 }
 

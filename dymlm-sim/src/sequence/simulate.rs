@@ -312,8 +312,18 @@ fn noise_seed(config: &SequenceConfig) -> u64 {
 /// Sets each pixel of the mask to whether it shows a thing that `is_marked` selects.
 fn mark(exact: &Rendering, parts: &[Part], mask: &mut Mask, is_marked: impl Fn(usize) -> bool) {
     let marked: Vec<bool> = parts.iter().map(|part| is_marked(part.instance)).collect();
-    for (pixel, &part) in exact.part.iter().enumerate() {
-        let is_marked = marked.get(usize::from(part)).copied().unwrap_or(false);
-        mask.set(pixel % exact.width, pixel / exact.width, is_marked);
+    mask.fill(false);
+    if !marked.contains(&true) {
+        return;
+    }
+    for (v, row) in exact.part.chunks(exact.width).enumerate() {
+        let mut end = 0;
+        for run in row.chunk_by(|a, b| a == b) {
+            let columns = end..end + run.len();
+            end = columns.end;
+            if run.first().is_some_and(|&part| marked.get(usize::from(part)) == Some(&true)) {
+                mask.fill_row(v, columns, true);
+            }
+        }
     }
 }
