@@ -1,4 +1,4 @@
-//! DBSCAN, voxel grid, statistical outlier removal, overlap of oriented boxes, and assignment.
+//! DBSCAN, voxel grid, statistical outlier removal, searches of the nearest point, overlap of oriented boxes, and assignment.
 
 use std::hint::black_box;
 
@@ -6,8 +6,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use dymlm_benches::{SEED, SIZES, blobs, kinect, room_depth};
 use dymlm_core::{OrganizedCloud, Point, PointCloud, Pose};
 use dymlm_geometry::{
-    Assignment, Clusters, Dbscan, DbscanConfig, DbscanScratch, OrientedBox, StatisticalOutlierConfig,
-    StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig, VoxelGridScratch,
+    Assignment, Clusters, Dbscan, DbscanConfig, DbscanScratch, OrientedBox, PointTree,
+    StatisticalOutlierConfig, StatisticalOutlierRemoval, VoxelGrid, VoxelGridConfig, VoxelGridScratch,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,6 +74,26 @@ fn statistical_outlier_removal(criterion: &mut Criterion) {
     }
 }
 
+/// A tree of a frame's points, and the nearest of them for places beside them and anywhere in the room.
+fn point_tree(criterion: &mut Criterion) {
+    let (mut rng, points) = (ChaCha8Rng::seed_from_u64(SEED), frame());
+    let mut group = criterion.benchmark_group("dymlm-geometry/point_tree");
+    group.sample_size(20);
+    group.throughput(Throughput::Elements(points.len() as u64));
+    group.bench_function("new", |bencher| bencher.iter(|| PointTree::new(black_box(&points))));
+    let tree = PointTree::new(&points);
+    let beside = points.iter().step_by(29).map(|point| point.map(|c| c + 0.01));
+    let anywhere = (0..10_000).map(|_| [-2.0, -1.5, 0.0].map(|low: f32| rng.random_range(low..low + 4.0)));
+    for (name, places) in
+        [("nearest_beside", beside.collect::<Vec<Point>>()), ("nearest_anywhere", anywhere.collect())]
+    {
+        group.throughput(Throughput::Elements(places.len() as u64));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| places.iter().filter_map(|&place| tree.nearest(place)).count());
+        });
+    }
+}
+
 /// Boxes of 0.1 to 1 m with any orientation, within half a metre of each other.
 #[allow(clippy::unwrap_used, reason = "lengths and quaternions in range")]
 fn turned_boxes(count: usize) -> Vec<OrientedBox> {
@@ -115,5 +135,13 @@ fn assignment(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, dbscan, voxel_grid, statistical_outlier_removal, oriented_box_overlap, assignment);
+criterion_group!(
+    benches,
+    dbscan,
+    voxel_grid,
+    statistical_outlier_removal,
+    point_tree,
+    oriented_box_overlap,
+    assignment
+);
 criterion_main!(benches);

@@ -1,3 +1,5 @@
+use std::num::NonZero;
+
 use dymlm_core::vector3::{along, cross, difference, dot, unit};
 
 /// A piece of a plane divided into rectangular cells. Coordinates run along two axes, from 0 to the extents.
@@ -9,8 +11,8 @@ pub struct CellRaster {
     axes: [[f64; 3]; 2],
     /// Sides of a cell, metres.
     cell: [f64; 2],
-    columns: usize,
-    rows: usize,
+    columns: NonZero<u16>,
+    rows: NonZero<u16>,
 }
 
 /// Largest number of cells along an axis: larger faces get larger cells.
@@ -45,19 +47,20 @@ impl CellRaster {
             return None;
         }
         let counts = extents.map(|extent| (extent / cell).round().clamp(1.0, MOST_CELLS.into()));
+        let (columns, rows) = (NonZero::new(counts[0] as u16)?, NonZero::new(counts[1] as u16)?);
         let corner = along(along(origin, low[0], axes[0]), low[1], axes[1]);
         corner.iter().all(|c| c.is_finite()).then_some(Self {
             corner,
             axes,
             cell: [extents[0] / counts[0], extents[1] / counts[1]],
-            columns: counts[0] as usize,
-            rows: counts[1] as usize,
+            columns,
+            rows,
         })
     }
 
     /// Number of cells.
     pub fn len(&self) -> usize {
-        self.columns * self.rows
+        self.columns() * self.rows()
     }
 
     /// Always `false`: a raster has at least one cell.
@@ -66,11 +69,11 @@ impl CellRaster {
     }
 
     pub(crate) fn columns(&self) -> usize {
-        self.columns
+        self.columns.get().into()
     }
 
     pub(crate) fn rows(&self) -> usize {
-        self.rows
+        self.rows.get().into()
     }
 
     /// Sides of a cell, metres.
@@ -105,15 +108,16 @@ impl CellRaster {
     #[inline]
     pub fn cell_at(&self, [u, v]: [f64; 2]) -> Option<usize> {
         let (column, row) = (u / self.cell[0], v / self.cell[1]);
-        let inside = column >= 0.0 && column < self.columns as f64 && row >= 0.0 && row < self.rows as f64;
-        inside.then(|| row as usize * self.columns + column as usize)
+        let inside =
+            column >= 0.0 && column < self.columns() as f64 && row >= 0.0 && row < self.rows() as f64;
+        inside.then(|| row as usize * self.columns() + column as usize)
     }
 
     /// The middle of a cell.
     #[inline]
     pub fn center(&self, cell: usize) -> [f64; 3] {
-        let u = ((cell % self.columns) as f64 + 0.5) * self.cell[0];
-        let v = ((cell / self.columns) as f64 + 0.5) * self.cell[1];
+        let u = ((cell % self.columns()) as f64 + 0.5) * self.cell[0];
+        let v = ((cell / self.columns()) as f64 + 0.5) * self.cell[1];
         along(along(self.corner, u, self.axes[0]), v, self.axes[1])
     }
 
@@ -129,7 +133,7 @@ impl CellRaster {
     ///
     /// O(cells + sum of the rows that each edge spans).
     pub fn fill(&self, rings: &[Vec<[f64; 3]>]) -> Vec<bool> {
-        let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); self.rows];
+        let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); self.rows()];
         for ring in rings {
             let finite = ring.iter().filter(|point| point.iter().all(|c| c.is_finite()));
             let corners: Vec<[f64; 2]> = finite.map(|&point| self.coordinates(point)).collect();
@@ -139,12 +143,12 @@ impl CellRaster {
             }
         }
         let mut filled = vec![false; self.len()];
-        for (crossings, row) in crossings.iter_mut().zip(filled.chunks_mut(self.columns)) {
+        for (crossings, row) in crossings.iter_mut().zip(filled.chunks_mut(self.columns())) {
             crossings.sort_unstable_by(f64::total_cmp);
             for pair in crossings.chunks_exact(2) {
                 // A middle exactly on a crossing belongs to the part after it.
                 let [first, end] = [pair[0], pair[1]]
-                    .map(|u| ((u / self.cell[0] - 0.5).ceil().max(0.0) as usize).min(self.columns));
+                    .map(|u| ((u / self.cell[0] - 0.5).ceil().max(0.0) as usize).min(self.columns()));
                 row[first..end.max(first)].fill(true);
             }
         }
@@ -164,7 +168,7 @@ impl CellRaster {
     /// Adds the places where an edge crosses the middle lines of the rows.
     fn cross_rows(&self, from: [f64; 2], to: [f64; 2], crossings: &mut [Vec<f64>]) {
         let (lower, upper) = if from[1] <= to[1] { (from, to) } else { (to, from) };
-        let row_after = |v: f64| ((v / self.cell[1] - 0.5).ceil().max(0.0) as usize).min(self.rows);
+        let row_after = |v: f64| ((v / self.cell[1] - 0.5).ceil().max(0.0) as usize).min(self.rows());
         for (row, crossings) in
             crossings.iter_mut().enumerate().take(row_after(upper[1])).skip(row_after(lower[1]))
         {
