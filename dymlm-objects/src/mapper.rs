@@ -115,7 +115,10 @@ impl ObjectMapper {
             map: ObjectMap::new(sensor.max_depth.into()),
             last_timestamp: None,
             held: BTreeMap::new(),
-            vertical: Vertical::new(config.parameterization.up),
+            vertical: Vertical::new(
+                config.parameterization.up,
+                config.parameterization.max_support_slope.cos(),
+            ),
             observations: Vec::new(),
             matches: Vec::new(),
             in_view: Vec::new(),
@@ -182,10 +185,6 @@ impl ObjectMapper {
     fn parameterize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         let (vertical, sizes) = (self.vertical.direction(), &self.config.sizes);
         self.parameterizer.parameterize(view, planes, vertical, sizes, &mut self.observations);
-        let least_cosine = self.config.parameterization.max_support_slope.cos();
-        for &normal in self.parameterizer.resting_normals() {
-            self.vertical.vote(normal, least_cosine);
-        }
         self.note_empty_boxes(view);
     }
 
@@ -432,10 +431,18 @@ impl ObjectMapper {
         let Some(object) = place.and_then(|place| self.map.objects.get_mut(place)) else { return };
         let object = Arc::make_mut(object);
         let patch = object.observe(observation, view, &self.limits, &self.config.sizes);
+        // New evidence may have changed the label.
+        object.shape = self.config.shapes.of(object.label());
         self.observed.push((birth, index));
         self.report.observed.push((observation.detection, object.id));
         self.changed.insert(birth);
         self.supports.extend(observation.support.and_then(|support| support.id));
+        // What a robot at rest sees for hours does not outvote what it sees on its way.
+        if object.view.counts_fully()
+            && let Some(normal) = self.parameterizer.resting_normal(observation.detection)
+        {
+            self.vertical.vote(normal);
+        }
         if !Reparameterizer::is_due(object) {
             return;
         }
@@ -480,6 +487,9 @@ impl ObjectMapper {
         let shape = self.config.shapes.of(&observation.label);
         let (limits, sizes) = (&self.limits, &self.config.sizes);
         let mut object = MapObject::new((birth, id), observation, view, shape, limits, sizes);
+        if let Some(normal) = self.parameterizer.resting_normal(observation.detection) {
+            self.vertical.vote(normal);
+        }
         self.reparameterizer.update(
             &mut object,
             self.vertical.direction(),
@@ -581,6 +591,7 @@ impl ObjectMapper {
             let kept = Arc::make_mut(kept);
             self.map.absorbed_by.insert(removed.id, kept.id);
             kept.merge(&removed, &self.limits);
+            kept.shape = self.config.shapes.of(kept.label());
             self.reparameterizer.update(
                 kept,
                 self.vertical.direction(),

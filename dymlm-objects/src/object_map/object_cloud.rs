@@ -113,12 +113,9 @@ impl ObjectCloud {
     pub(crate) fn add(&mut self, patch: &CloudPatch, max_voxels: usize) {
         for (key, voxel) in &patch.voxels {
             self.voxels.entry(raised(*key, self.level)).or_default().add(voxel);
-            let count = self.cells.entry(self.cell_of(voxel)).or_default();
-            *count = counted(*count, 1);
+            self.count_cell(voxel.place(), 1);
         }
-        while self.voxels.len() > max_voxels && self.level < 16 {
-            self.coarsen();
-        }
+        self.limit(max_voxels);
     }
 
     /// Subtracts a patch that was added.
@@ -131,7 +128,7 @@ impl ObjectCloud {
                     self.voxels.remove(&key);
                 }
             }
-            let cell = self.cell_of(voxel);
+            let cell = cell_at(voxel.place());
             if let Some(count) = self.cells.get_mut(&cell) {
                 *count = count.saturating_sub(1);
                 if *count == 0 {
@@ -164,15 +161,17 @@ impl ObjectCloud {
     pub(crate) fn merge(&mut self, other: &Self, max_voxels: usize) {
         let shift: [i64; 3] =
             difference(other.origin, self.origin).map(|c| (c.clamp(-REACH, REACH) * UNITS).round() as i64);
-        let mut voxels = BTreeMap::<VoxelKey, Voxel>::new();
         for voxel in other.voxels.values() {
             let mut moved = *voxel;
             for (sum, shift) in moved.sum.iter_mut().zip(shift) {
                 *sum = sum.saturating_add(voxel.weight.saturating_mul(shift));
             }
-            voxels.entry(self.key(moved.place())).or_default().add(&moved);
+            let key = raised(self.key(moved.place()), self.level);
+            self.voxels.entry(key).or_default().add(&moved);
         }
-        self.add(&CloudPatch { voxels: voxels.into_iter().collect() }, max_voxels);
+        let shift = shift.map(|c| c as f64 / UNITS);
+        self.count_cells_of(other, |place| along(place, 1.0, shift));
+        self.limit(max_voxels);
     }
 
     /// The same points, moved.
@@ -185,9 +184,8 @@ impl ObjectCloud {
             let turned = Voxel { sum, ..*voxel };
             let key = raised(moved.key(place), moved.level);
             moved.voxels.entry(key).or_default().add(&turned);
-            let count = moved.cells.entry(moved.cell_of(&turned)).or_default();
-            *count = counted(*count, turned.observations);
         }
+        moved.count_cells_of(self, |place| new_from_old.rotate(place));
         moved
     }
 
@@ -200,8 +198,7 @@ impl ObjectCloud {
     /// Whether a world point lies in a cell that holds points.
     pub(crate) fn holds(&self, place: Vector3) -> bool {
         let offset = difference(place, self.origin);
-        offset.iter().all(|c| c.abs() < REACH)
-            && self.cells.contains_key(&offset.map(|c| (c / CELL).floor() as i32))
+        offset.iter().all(|c| c.abs() < REACH) && self.cells.contains_key(&cell_at(offset))
     }
 
     /// Approximate size in bytes.
@@ -213,9 +210,29 @@ impl ObjectCloud {
         offset.map(|c| (c / self.voxel_size).floor() as i32)
     }
 
-    #[allow(clippy::unused_self, reason = "reads as a question to the cloud")]
-    fn cell_of(&self, voxel: &Voxel) -> VoxelKey {
-        voxel.place().map(|c| (c / CELL).floor() as i32)
+    fn count_cell(&mut self, offset: Vector3, voxels: u32) {
+        let count = self.cells.entry(cell_at(offset)).or_default();
+        *count = counted(*count, voxels);
+    }
+
+    /// Counts the cells of another cloud at their places here. They are its cells and not those of its voxels,
+    /// which may be larger: each by the middles of its eight parts, since it lies across several here.
+    fn count_cells_of(&mut self, other: &Self, here: impl Fn(Vector3) -> Vector3) {
+        for (cell, &count) in &other.cells {
+            for part in 0..8_u8 {
+                let middle = [0, 1, 2].map(|k| {
+                    let half = f64::from(part >> k & 1);
+                    (f64::from(cell[k]) + 0.25 + 0.5 * half) * CELL
+                });
+                self.count_cell(here(middle), count);
+            }
+        }
+    }
+
+    fn limit(&mut self, max_voxels: usize) {
+        while self.voxels.len() > max_voxels && self.level < 16 {
+            self.coarsen();
+        }
     }
 
     fn coarsen(&mut self) {
@@ -247,6 +264,11 @@ impl Voxel {
     fn place(&self) -> Vector3 {
         self.sum.map(|sum| sum as f64 / (self.weight.max(1) as f64 * UNITS))
     }
+}
+
+/// The cell at an offset from the origin.
+fn cell_at(offset: Vector3) -> VoxelKey {
+    offset.map(|c| (c / CELL).floor() as i32)
 }
 
 /// The key of the voxel 2^levels times as large.
@@ -330,6 +352,30 @@ mod tests {
         assert!(cloud.points().all(|(place, _)| place.iter().all(|c| c.abs() <= 0.41)));
     }
 
+    /// Regression: the cells of large voxels were reduced to one a voxel, and a table that was carried was
+    /// no longer found where it stood.
+    #[test]
+    fn what_is_moved_or_merged_holds_its_surface_however_large_its_voxels_are() {
+        // The upper side of a table, read each centimetre.
+        let side: Vec<Point> =
+            (0..200 * 160).map(|k| [0.01 * (k % 200) as f32, 0.01 * (k / 200) as f32, 1.013]).collect();
+        let mut cloud = ObjectCloud::new([1.0, 0.8, 1.0], 0.01);
+        let patch = cloud.patch(&side, 1, &Pose::identity(), &SensorModel::kinect(), |_| true);
+        cloud.add(&patch, 700);
+        assert!(cloud.level >= 3, "{}", cloud.level);
+        let motion = Pose::new([3.0, -1.0, 0.2], [0.0, 0.1, 0.15, 0.983_615_779]).unwrap();
+        let mut merged = ObjectCloud::new([1.33, 0.81, 1.02], 0.01);
+        merged.merge(&cloud, 700);
+        let moved = cloud.moved(&motion);
+        let held = |cloud: &ObjectCloud, motion: Pose| {
+            let places = side.iter().map(|point| motion.transform_point(point.map(f64::from)));
+            places.filter(|&place| cloud.holds(place)).count() as f64 / side.len() as f64
+        };
+        for share in [held(&merged, Pose::identity()), held(&moved, motion)] {
+            assert!(share > 0.97, "{share}");
+        }
+    }
+
     /// Regression: the sums of weights of what a person carried about, seen from all sides for days,
     /// overflowed, and above a limit were saved but not loaded.
     #[test]
@@ -338,6 +384,7 @@ mod tests {
         let patch = cloud.patch(&points(1), 1024, &Pose::identity(), &SensorModel::kinect(), |_| true);
         cloud.add(&patch, 100_000);
         cloud.voxels.values_mut().for_each(|voxel| voxel.observations = u32::MAX - 1);
+        cloud.cells.values_mut().for_each(|count| *count = MOST_COUNTED);
         let mut cloud = cloud.moved(&Pose::identity());
         cloud.add(&patch, 100_000);
         assert!(cloud.cells.values().all(|&count| count == MOST_COUNTED));

@@ -84,8 +84,10 @@ impl SpaceIndex {
         found: &mut Vec<Birth>,
     ) {
         let [width, height] = [camera.width(), camera.height()].map(|side| side as f64 - 0.5);
-        let [left, top, _] = camera.back_project([-0.5, -0.5], 1.0);
-        let [right, bottom, _] = camera.back_project([width, height], 1.0);
+        let [first, last] = [[-0.5, -0.5], [width, height]].map(|pixel| camera.back_project(pixel, 1.0));
+        // Where an axis of the image is flipped, its first pixels are on the other side.
+        let [left, right] = [first[0].min(last[0]), first[0].max(last[0])];
+        let [top, bottom] = [first[1].min(last[1]), first[1].max(last[1])];
         let corners = [(left, top), (right, top), (left, bottom), (right, bottom)]
             .map(|(x, y)| world_from_camera.transform_point([x, y, 1.0].map(|c| c * max_depth)));
         self.within(bounds(corners.into_iter().chain([world_from_camera.translation()])), found);

@@ -39,6 +39,11 @@ impl ViewWeight {
         self.frames = self.frames.saturating_add(1);
         (FULL / self.frames.div_ceil(ENOUGH).max(1)).max(1)
     }
+
+    /// Whether the last observation counted fully.
+    pub(crate) fn counts_fully(&self) -> bool {
+        self.frames <= ENOUGH
+    }
 }
 
 /// Whether two directions from an object are of one view.

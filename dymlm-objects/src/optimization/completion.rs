@@ -213,7 +213,8 @@ fn is_hidden(own: &OrientedBox, direction: Vector3, views: &KeyViews) -> bool {
         if away.abs() > ALONG_VIEW {
             return Some(away > 0.0);
         }
-        let side = view.completeness.toward(view.world_from_camera.inverse().rotate(direction))?;
+        let direction = view.world_from_camera.inverse().rotate(direction);
+        let side = view.completeness.toward(direction, &view.camera)?;
         Some(side != SideView::Whole)
     };
     let (hidden, all) = views

@@ -1,4 +1,4 @@
-use dymlm_core::{SensorModel, Visibility};
+use dymlm_core::{PinholeCamera, SensorModel, Visibility};
 use dymlm_geometry::{GridSample as Sample, SampleGrid as Window};
 
 use super::object_cluster::ObjectCluster;
@@ -47,7 +47,8 @@ impl Completeness {
 
     /// The view on the side to which a direction (camera's frame) points; `None` when it points mostly along
     /// the view.
-    pub(crate) fn toward(self, [x, y, z]: [f64; 3]) -> Option<SideView> {
+    pub(crate) fn toward(self, [x, y, z]: [f64; 3], camera: &PinholeCamera) -> Option<SideView> {
+        let (x, y) = (x * camera.fx().signum(), y * camera.fy().signum());
         if z.abs() > ALONG_VIEW {
             None
         } else if x.abs() >= y.abs() {

@@ -26,8 +26,8 @@ pub(crate) struct Parameterizer {
     flat: FlatThing,
     fitter: BoxFitter,
     local: Vec<Point>,
-    /// Normals, in the world, of the planes on which the things of the last frame rest.
-    resting_normals: Vec<[f64; 3]>,
+    /// Normals, in the world, of the planes on which the things of the last frame rest, by detection.
+    resting_normals: Vec<(usize, [f64; 3])>,
 }
 
 /// Least samples of an object.
@@ -88,9 +88,11 @@ impl Parameterizer {
         }
     }
 
-    /// Normals, in the world, of the planes on which the things of the last frame rest, level or not.
-    pub(crate) fn resting_normals(&self) -> &[[f64; 3]] {
-        &self.resting_normals
+    /// The normal, in the world, of the plane on which what a detection of the last frame shows rests, level or
+    /// not.
+    pub(crate) fn resting_normal(&self, detection: usize) -> Option<[f64; 3]> {
+        let of_detection = self.resting_normals.iter().find(|(own, _)| *own == detection);
+        of_detection.map(|(_, normal)| *normal)
     }
 
     fn observe(
@@ -116,7 +118,8 @@ impl Parameterizer {
             reach: reach as f32,
         };
         let mut finding = self.find_raised(view, &search, vertical);
-        self.resting_normals.extend(self.ground.resting_normal(&members(&self.window, &self.cluster)));
+        let resting_normal = self.ground.resting_normal(&members(&self.window, &self.cluster));
+        self.resting_normals.extend(resting_normal.map(|normal| (index, normal)));
         if let (None, Some(vertical)) = (finding.support, vertical)
             && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera) > 0
         {
@@ -140,7 +143,7 @@ impl Parameterizer {
         // The gap to the plane is limited as usual, or by the label's usual height when the lower end is
         // occluded.
         let down = vertical.map(|up| view.world_from_camera.inverse().rotate(up.map(|c| -c)));
-        let foot = down.and_then(|down| completeness.toward(down));
+        let foot = down.and_then(|down| completeness.toward(down, view.frame.camera()));
         let hidden_foot = search.prior.filter(|_| foot.is_some_and(|foot| foot != SideView::Whole));
         let hidden_height = hidden_foot.map_or(0.0, |prior| prior.height.typical);
         let max_gap = self.config.max_support_gap.max(hidden_height);

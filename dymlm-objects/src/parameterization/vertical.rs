@@ -6,12 +6,14 @@ const MOST_NORMALS: usize = 1024;
 
 /// The upward direction in the world: given, or learnt from the planes on which things rest.
 ///
-/// Each observation votes for the normal of the plane on which it rests, level or not. Tables and floors
+/// Each observation that counts fully votes for the normal of the plane on which it rests, level or not. Tables and floors
 /// share one normal; walls against which things lean have several. The vertical is known once one normal has
 /// more votes than all others together. The camera's attitude plays no part.
 #[derive(Debug, Clone)]
 pub(crate) struct Vertical {
     given: Option<Vector3>,
+    /// Normals between which the cosine is at least this share their votes.
+    least_cosine: f64,
     votes: VerticalVotes,
 }
 
@@ -52,13 +54,14 @@ impl Vertical {
 }
 
 impl Vertical {
-    pub(crate) fn new(given: Option<Vector3>) -> Self {
-        Self { given: given.and_then(unit), votes: VerticalVotes::default() }
+    pub(crate) fn new(given: Option<Vector3>, least_cosine: f64) -> Self {
+        Self { given: given.and_then(unit), least_cosine, votes: VerticalVotes::default() }
     }
 
-    /// Counts a vote; normals between which the cosine is at least `least_cosine` share their votes.
-    pub(crate) fn vote(&mut self, normal: Vector3, least_cosine: f64) {
-        let is_same = |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= least_cosine);
+    /// Counts a vote.
+    pub(crate) fn vote(&mut self, normal: Vector3) {
+        let is_same =
+            |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= self.least_cosine);
         let normals = &mut self.votes.normals;
         if let Some(own) = normals.iter_mut().find(is_same) {
             *own = Normal { sum: along(own.sum, 1.0, normal), votes: own.votes + 1 };
@@ -88,30 +91,30 @@ mod tests {
     /// However fine the votes are told apart, they are bounded, and the direction of most of them is found.
     #[test]
     fn votes_for_ever_new_normals_are_bounded() {
-        let mut vertical = Vertical::new(None);
+        let mut vertical = Vertical::new(None, 1.0);
         for k in 0..20_000 {
             let angle = 1e-4 * f64::from(k);
-            vertical.vote([angle.cos(), angle.sin(), 0.0], 1.0);
+            vertical.vote([angle.cos(), angle.sin(), 0.0]);
             assert_eq!(vertical.direction().is_some(), k == 0, "vote {k}");
         }
         assert!(vertical.votes.normals.len() <= 1024, "{}", vertical.votes.normals.len());
         for _ in 0..=20_000 {
-            vertical.vote([0.0, 0.0, 1.0], 1.0);
+            vertical.vote([0.0, 0.0, 1.0]);
         }
         assert_eq!(vertical.direction(), Some([0.0, 0.0, 1.0]));
     }
 
     #[test]
     fn what_most_things_rest_on_is_level() {
-        let mut vertical = Vertical::new(None);
+        let mut vertical = Vertical::new(None, 0.99);
         assert_eq!(vertical.direction(), None);
-        vertical.vote([0.0, 1.0, 0.0], 0.99);
-        vertical.vote([0.0, 0.0, 1.0], 0.99);
+        vertical.vote([0.0, 1.0, 0.0]);
+        vertical.vote([0.0, 0.0, 1.0]);
         assert_eq!(vertical.direction(), None, "a wall or a floor");
         for tilt in [-0.02, 0.02] {
-            vertical.vote([tilt, 0.0, 1.0], 0.99);
+            vertical.vote([tilt, 0.0, 1.0]);
         }
         assert_eq!(vertical.direction(), Some([0.0, 0.0, 1.0]));
-        assert_eq!(Vertical::new(Some([2.0, 0.0, 0.0])).direction(), Some([1.0, 0.0, 0.0]));
+        assert_eq!(Vertical::new(Some([2.0, 0.0, 0.0]), 0.99).direction(), Some([1.0, 0.0, 0.0]));
     }
 }

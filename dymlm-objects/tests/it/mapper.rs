@@ -2,13 +2,13 @@
 use std::collections::BTreeMap;
 
 use crate::common::{Scene, TABLE, looking, mapper, planes, upright};
-use dymlm_core::vector3::norm;
+use dymlm_core::vector3::{dot, norm};
 use dymlm_core::{
     BoundingBox, DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64, Succession,
 };
 use dymlm_objects::{
-    Error, MapObject, NoPlanes, ObjectMapper, ObjectReport, ObjectState, ObjectView, RejectionCause,
-    ShapeKind, SightedPoint, SupportPlane,
+    Error, MapObject, NoPlanes, ObjectConfig, ObjectMapper, ObjectReport, ObjectState, ObjectView,
+    RejectionCause, ShapeKind, SightedPoint, SupportPlane,
 };
 
 /// A microwave, a cup and a book on the table.
@@ -131,6 +131,41 @@ fn a_label_is_what_most_evidence_says() {
     assert_eq!((mapper.map().len(), mapper.map().candidates().count(), object.label()), (1, 0, "microwave"));
     assert!((object.score() - 2.0 / 3.0).abs() < 1e-6);
     assert_eq!(object.evidence().iter().count(), 2);
+}
+
+/// Regression: the shape followed with the next parameters that were adopted, if ever.
+#[test]
+fn an_object_has_the_shape_of_its_label() {
+    let (scene, mut mapper) = (kitchen(), mapper());
+    let newest = |mapper: &ObjectMapper| {
+        let map = mapper.map();
+        map.objects().chain(map.candidates()).next().map(|own| (own.label().to_owned(), own.shape().kind()))
+    };
+    for step in 0..9 {
+        // All from one place.
+        show(&mut mapper, &scene, 0, &[(0, if step < 4 { "vase" } else { "microwave" })]);
+        let (label, kind) = newest(&mapper).unwrap();
+        assert_eq!(kind, ObjectConfig::default().shapes.of(&label), "{label} after frame {step}");
+    }
+    assert_eq!(newest(&mapper).unwrap().0, "microwave");
+}
+
+/// Regression: an hour before a screen on a wall outvoted all tables of a flat.
+#[test]
+fn what_is_seen_at_rest_does_not_outvote_what_is_seen_on_the_way() {
+    let mut scene = kitchen();
+    scene.boxes.push(upright([0.0, 1.47, 0.5], 0.0, [0.8, 0.06, 0.5]));
+    let mut mapper = mapper();
+    let is_up =
+        |mapper: &ObjectMapper, up: [f64; 3]| mapper.vertical().is_some_and(|own| dot(own, up) > 0.999);
+    for _ in 0..200 {
+        show(&mut mapper, &scene, 0, &[(3, "tv")]);
+    }
+    assert!(is_up(&mapper, [0.0, -1.0, 0.0]), "{:?}", mapper.vertical());
+    for step in 1..20 {
+        show(&mut mapper, &scene, step, &all());
+    }
+    assert!(is_up(&mapper, [0.0, 0.0, 1.0]), "{:?}", mapper.vertical());
 }
 
 #[test]

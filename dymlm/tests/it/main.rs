@@ -6,6 +6,7 @@ mod appearing_wall;
 mod common;
 mod config_files;
 mod corrected_poses;
+mod flipped_images;
 mod floor_grids;
 mod landmarks;
 mod late_detections;
