@@ -18,6 +18,7 @@ mod wide_noise;
 pub use config::PlaneDetectorConfig;
 pub use covariance::PlaneCovariance;
 pub use detected_plane::DetectedPlane;
+pub(crate) use extraction::SMALLEST_BLOCK;
 pub use filter::{RejectedPlane, RejectionCause};
 pub(crate) use patch_range::patch_range;
 pub use plane_detector::PlaneDetector;

@@ -13,7 +13,7 @@ const CELL_BITS: u32 = 2;
 pub(crate) struct PlaneIndex {
     /// The planes in each cell, sorted by birth, with the number of their blocks in it.
     cells: SharedMap<BlockKey, Vec<(Birth, u32)>>,
-    /// A box around all blocks that were ever added.
+    /// A box around all blocks that were added since it was shrunk.
     bounds: VoxelBox,
 }
 
@@ -59,9 +59,20 @@ impl PlaneIndex {
         found
     }
 
-    /// A box around all voxels, including removed ones.
+    /// A box around all voxels, and those removed since it was shrunk.
     pub(crate) fn bounds(&self) -> VoxelBox {
         self.bounds
+    }
+
+    /// Makes the bounds those of what is left, to a cell. O(cells).
+    pub(crate) fn shrink_bounds(&mut self) {
+        let block = |cell: &BlockKey, place: i32| {
+            BlockKey::new(cell.cell().map(|c| (c << CELL_BITS) + place)).voxels()
+        };
+        let last = (1 << CELL_BITS) - 1;
+        let around = |cell: &BlockKey| block(cell, 0).union(&block(cell, last));
+        let left = self.cells.keys().map(around).reduce(|all, own| all.union(&own)).unwrap_or_default();
+        self.bounds = self.bounds.intersection(&left);
     }
 
     /// Extends the bounds by those of a saved index.

@@ -242,7 +242,7 @@ impl MapPlane {
     }
 
     /// Whether a voxel of it is not in free space.
-    fn stands(&self, voxel: PatchVoxel) -> bool {
+    pub(super) fn stands(&self, voxel: PatchVoxel) -> bool {
         self.judged.get(&BlockKey::of(voxel.cell)).is_none_or(|judged| !judged.is_free(voxel))
     }
 

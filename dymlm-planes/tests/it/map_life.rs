@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::common::{World, all_planes, camera, detector, empty_map, room, room_views, snapshot};
-use dymlm_core::{Frame, FrameId, Mask, PlaneId, Pose, Succession};
+use dymlm_core::{Frame, FrameId, Mask, PinholeCamera, PlaneId, Pose, Succession};
 use dymlm_planes::{DetectedPlane, MapPlane, PlaneMap, PlaneReport, SurfaceConfig};
 use proptest::prelude::*;
 
@@ -113,10 +113,11 @@ fn what_is_too_narrow_from_far_away_is_not_missed_there() {
     let found = detect(&strip, crate::common::look_at([0.0, 4.2, 1.0], [0.0, 5.0, 1.0]), 1);
     let mut map = map_of(&vec![found; 3]);
     assert_eq!(map.len(), 1);
-    let mut look_past_from = |distance: f64| {
+    let look_past_from = |map: &mut PlaneMap, camera: PinholeCamera, distance: f64| {
         for place in 0..8 {
             let eye = [if place % 2 == 0 { -0.2 } else { 0.2 }, 5.0 - distance, 1.0];
-            let (_, frame, pose) = detect(&strip, crate::common::look_at(eye, [0.0, 5.0, 1.0]), 1);
+            let pose = crate::common::look_at(eye, [0.0, 5.0, 1.0]);
+            let frame = strip.frame(camera, &pose, 1);
             for _ in 0..20 {
                 map.insert(&[], &frame, &pose).unwrap();
             }
@@ -124,8 +125,11 @@ fn what_is_too_narrow_from_far_away_is_not_missed_there() {
         map.len()
     };
     // 4 pixels of a camera that has a quarter of a Kinect's resolution, and 10.
-    assert_eq!(look_past_from(3.5), 1);
-    assert_eq!(look_past_from(1.3), 0);
+    assert_eq!(look_past_from(&mut map, camera(), 3.5), 1);
+    // 6 pixels of one that has a sixteenth: its blocks have 4 as well.
+    let small = PinholeCamera::new(160, 120, 131.0, 131.0, 79.5, 59.5).unwrap();
+    assert_eq!(look_past_from(&mut map, small, 2.2), 1);
+    assert_eq!(look_past_from(&mut map, camera(), 1.3), 0);
 }
 
 /// Regression: key frames that looked without seeing a plane counted one by one. A robot that rested for two

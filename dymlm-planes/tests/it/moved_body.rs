@@ -114,6 +114,26 @@ fn what_is_gone_stays_gone_when_another_body_takes_a_part_of_it() {
     assert!(is_confirmed(&mapper));
 }
 
+/// Regression: what was pushed and then carried had less than its share of all its inliers, and was cut off the
+/// plane instead of moved; or what it had left behind came along.
+#[test]
+fn what_a_plane_has_left_behind_neither_holds_it_nor_comes_along() {
+    let mut mapper = map(3);
+    let id = board(mapper.map());
+    let is_left = |[x, ..]: [f64; 3]| x < -0.3;
+    mapper.map_mut().judge([[[-1.0; 3], [2.0; 3]]], None, 0.9, |at| Some(is_board(at) && is_left(at)));
+    let up = Pose::new([0.0, 0.1, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let standing: Vec<[f64; 3]> =
+        mapper.map().plane(id).unwrap().inlier_points().map(|at| at.map(f64::from)).collect();
+    assert!(standing.iter().all(|&at| !is_left(at)));
+    let moved = mapper.map_mut().move_body(&up, |at| is_board(at) && !is_left(at)).unwrap();
+    assert_eq!(moved, [id]);
+    let plane = mapper.map().plane(id).unwrap();
+    assert!(plane.is_confirmed() && plane.inlier_points().all(|at| at[0] > -0.35));
+    let apart = plane.inlier_points().count().abs_diff(standing.len());
+    assert!(10 * apart < standing.len(), "{apart} of {}", standing.len());
+}
+
 #[test]
 fn out_of_reach_is_refused_and_changes_nothing() {
     let mut mapper = map(1);

@@ -13,7 +13,7 @@ pub(super) struct BlockGrid {
 }
 
 /// Least side of a block, pixels: fewer than 16 points do not define a plane well.
-const SMALLEST_SIDE: usize = 4;
+pub(crate) const SMALLEST_BLOCK: usize = 4;
 /// Largest side of a block, pixels: a row fits in the bits of a `u64`.
 pub(super) const LARGEST_SIDE: usize = 64;
 
@@ -21,7 +21,7 @@ impl BlockGrid {
     pub(super) fn new(camera: &PinholeCamera, block_size: usize) -> Self {
         let (width, height) = (camera.width(), camera.height());
         let side = (block_size as f64 * camera.focal_scale()).round() as usize;
-        let side = side.clamp(SMALLEST_SIDE, LARGEST_SIDE);
+        let side = side.clamp(SMALLEST_BLOCK, LARGEST_SIDE);
         Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
     }
 

@@ -12,5 +12,6 @@ mod segment;
 mod strip_profile;
 mod tolerance;
 
+pub(crate) use block_grid::SMALLEST_BLOCK;
 pub(super) use extractor::PlaneExtractor;
 pub(super) use segment::{Extraction, Segment};

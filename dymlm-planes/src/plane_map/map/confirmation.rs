@@ -7,7 +7,7 @@ use super::super::insertion::Insertion;
 use super::super::judgement::Judgement;
 use super::super::map_plane::{MapPlane, Sightings};
 use super::PlaneMap;
-use crate::detector::patch_range;
+use crate::detector::{SMALLEST_BLOCK, patch_range};
 use crate::linear_algebra::{foot_on, rows, width};
 use crate::patches::{BlockKey, PatchVoxel, VoxelBox};
 
@@ -15,7 +15,7 @@ use crate::patches::{BlockKey, PatchVoxel, VoxelBox};
 /// degrees, the inner half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
 /// Narrow side, pixels of a Kinect, below which a plane that is not found is not missed: two sides of a block
-/// of the detector's. What is narrower may hold no whole block
+/// of the detector's, which in small images are of [`SMALLEST_BLOCK`]. What is narrower may hold no whole block
 /// (`what_is_too_narrow_from_far_away_is_not_missed_there`). With 24, planes fitted across edges stay:
 /// precision on the eight sequences falls from 100 to 96 %.
 const LEAST_NARROW_SIDE: f64 = 16.0;
@@ -89,7 +89,7 @@ impl PlaneMap {
                 matches!(sighting.visibility, Visibility::Present | Visibility::Absent)
                     && self.is_before(world_from_camera, plane)
                     && narrow_side(plane, camera, world_from_camera)
-                        >= LEAST_NARROW_SIDE * camera.focal_scale()
+                        >= (LEAST_NARROW_SIDE * camera.focal_scale()).max(2.0 * SMALLEST_BLOCK as f64)
             })
         });
         near
@@ -220,7 +220,7 @@ impl MapPlane {
     }
 
     /// Number of its voxels that are neither in free space nor unknown.
-    fn standing(&self) -> usize {
+    pub(super) fn standing(&self) -> usize {
         self.patch.len().saturating_sub(self.unknown_voxels() + self.free_voxels())
     }
 

@@ -42,6 +42,7 @@ impl PlaneMap {
         self.merged.retain(is_there);
         self.merged_ids.retain(|id| self.names.birth(id).is_some_and(is_there));
         self.names.retain(|plane| is_there(plane) || self.merged.has_merged(plane));
+        self.index.shrink_bounds();
         self.collect_gaps();
     }
 }

@@ -14,8 +14,8 @@ const BODY_SHARE: f64 = 0.6;
 /// Moving of bodies.
 impl PlaneMap {
     /// Moves the planes of a body that was moved; `is_body` tells which places belong to the body. Planes of
-    /// which most inliers (60 %) are the body's move by `new_from_old`; from all other planes the body's
-    /// inliers are removed. Returns the ids of the moved planes.
+    /// which most inliers (60 %) are the body's move by `new_from_old`, without what they have left in free
+    /// space; from all other planes the body's inliers are removed. Returns the ids of the moved planes.
     ///
     /// What earlier key frames have added moves with the planes, so [`Self::remove`] stays exact. O(voxels of
     /// the map, and all that was seen of the planes that change).
@@ -32,14 +32,22 @@ impl PlaneMap {
         let (mut going, mut cut) = (Vec::new(), BTreeMap::new());
         for plane in self.planes.values() {
             let is_own = |voxel: &PatchVoxel| is_body(foot_on(&plane.plane, voxel.center(voxel_size)));
-            let own = plane.patch.voxels().filter(is_own).count();
-            if own as f64 >= BODY_SHARE * plane.patch.len() as f64 && own > 0 {
+            // What is pushed along has left inliers behind; of a plane that is gone, all count.
+            let is_gone = plane.standing() == 0;
+            let counted = || plane.patch.voxels().filter(|voxel| is_gone || plane.stands(*voxel));
+            let own = counted().filter(is_own).count();
+            if own as f64 >= BODY_SHARE * counted().count() as f64 && own > 0 {
                 going.push(plane.birth);
             } else if own > 0 {
                 cut.insert(plane.birth, plane.plane);
             }
         }
-        self.move_shares(&going, new_from_old)?;
+        let before = self.key_frames.clone();
+        self.leave_behind(&going);
+        if let Err(error) = self.move_shares(&going, new_from_old) {
+            self.key_frames = before;
+            return Err(error);
+        }
         let merged = &self.merged;
         self.key_frames.renew(|before| {
             let mut key_frame = before.clone();
@@ -68,6 +76,25 @@ impl PlaneMap {
         self.rebuild(&touched);
         self.recount(&touched);
         Ok(gone_ids)
+    }
+
+    /// Takes from the key frames what some planes have left in free space, unless that is all of them.
+    fn leave_behind(&mut self, planes: &[Birth]) {
+        let Self { planes: all, merged, key_frames, config, .. } = self;
+        let of = |birth: Birth| all.get(&birth).filter(|_| planes.contains(&birth));
+        let has_left =
+            |birth: Birth| of(birth).filter(|plane| !plane.judged.is_empty() && plane.standing() > 0);
+        key_frames.renew(|before| {
+            let is_asked = |share: &Share| has_left(merged.current(share.plane)).is_some();
+            before.shares.iter().any(is_asked).then(|| {
+                let mut key_frame = before.clone();
+                key_frame.retain_samples(config.voxel_size, |share, cell| {
+                    has_left(merged.current(share.plane))
+                        .is_none_or(|plane| plane.stands(PatchVoxel { cell, count: 1 }))
+                });
+                key_frame
+            })
+        });
     }
 
     /// Moves the key frames' shares of some planes; all or none.

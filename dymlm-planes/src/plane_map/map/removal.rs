@@ -21,10 +21,14 @@ impl PlaneMap {
         let mut undone: Vec<Union> = gone.merges.iter().map(|merge| merge.merge).collect();
         undone.extend(self.take_unwitnessed(key_frame));
         let mut touched: Vec<Birth> = gone.missed.iter().map(|&birth| self.resolve(birth)).collect();
-        touched.extend(self.take_back(key_frame, &gone));
+        // These are made from the other key frames, without its shares.
+        let back = self.take_back(key_frame, &gone);
+        touched.extend(&back);
         if undone.is_empty() {
             touched.extend(gone.shares.iter().map(|share| self.resolve(share.plane)));
-            self.subtract(&gone, &gone.shares);
+            let is_in = |share: &&Share| !back.contains(&self.resolve(share.plane));
+            let shares: Vec<Share> = gone.shares.iter().filter(is_in).copied().collect();
+            self.subtract(&gone, &shares);
         } else {
             touched.extend(self.undo_merges(&gone, &undone));
         }
