@@ -88,7 +88,7 @@ impl MapBuilder {
             map,
             publisher: Publisher::default(),
             scan_mapper: ScanMapper::default(),
-            pager: MapPager::new(&config.memory)?,
+            pager: MapPager::new(&config.memory, || 0)?,
             config,
         })
     }

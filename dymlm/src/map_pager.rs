@@ -18,6 +18,8 @@ pub(crate) struct MapPager {
 struct Budgeted {
     /// Bytes.
     budget: usize,
+    /// Bytes that are none of these maps' and count, too.
+    beside: usize,
     /// Its file, or rather the cloud's, also takes what key frames have seen of planes.
     cloud: CloudPager,
     /// Of the maps beside the cloud.
@@ -25,11 +27,12 @@ struct Budgeted {
 }
 
 impl MapPager {
-    pub(crate) fn new(config: &MemoryConfig) -> Result<Self, Error> {
+    /// `beside` tells how many bytes of the budget are taken by what is none of these maps'.
+    pub(crate) fn new(config: &MemoryConfig, beside: impl FnOnce() -> usize) -> Result<Self, Error> {
         let Some(budget) = config.budget else { return Ok(Self { budgeted: None }) };
         let folder = config.path.clone().unwrap_or_else(std::env::temp_dir);
         let cloud = CloudPager::new(&folder).map_err(Error::Paging)?;
-        Ok(Self { budgeted: Some(Budgeted { budget, cloud, others: MapBytes::default() }) })
+        Ok(Self { budgeted: Some(Budgeted { budget, beside: beside(), cloud, others: MapBytes::default() }) })
     }
 
     /// Must be called once a frame. What is paged out of the maps is paged out of their snapshots as well.
@@ -38,12 +41,14 @@ impl MapPager {
         map: &mut MultiLevelMap,
         snapshots: &mut Snapshots,
     ) -> Result<(), Error> {
-        let Some(Budgeted { budget, cloud: pager, others }) = &mut self.budgeted else { return Ok(()) };
+        let Some(Budgeted { budget, beside, cloud: pager, others }) = &mut self.budgeted else {
+            return Ok(());
+        };
         others.go_on(map);
         let mut is_asked = false;
         let budget = || {
             is_asked = true;
-            budget.saturating_sub(others.total())
+            budget.saturating_sub(others.total() + *beside)
         };
         pager.page_out(&mut map.cloud, budget).map_err(Error::Paging)?;
         if is_asked {

@@ -43,7 +43,8 @@ impl<'a> Replay<'a> {
         snapshots: &'a mut Snapshots,
     ) -> Result<Self, Error> {
         map.cloud.part_from_clones();
-        let pager = MapPager::new(&map.config.memory)?;
+        // The log stays with the maps of before, and what it holds in memory counts.
+        let pager = MapPager::new(&map.config.memory, || log.memory_bytes())?;
         let (unpacked, scan_mapper) = (VecDeque::new(), ScanMapper::default());
         Ok(Self { log, poses, map, events, unpacked, snapshots, scan_mapper, pager })
     }

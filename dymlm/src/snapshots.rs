@@ -165,7 +165,10 @@ impl Snapshots {
     fn push(&mut self, number: usize, map: &MultiLevelMap, events: &Pages<Event>) {
         if is_lasting(number) {
             self.cloud_bytes = map.cloud.memory_bytes();
-            self.forget_counts();
+            // The newest so far has another one after it now.
+            if let Some(newest) = self.taken.iter_mut().rev().find(|it| is_lasting(it.number)) {
+                newest.unshared = None;
+            }
         }
         self.taken.push(Snapshot {
             map: map.without_past(),
@@ -225,9 +228,11 @@ impl Snapshots {
 
     /// Drops the others.
     fn keep(&mut self, is_kept: impl Fn(&Snapshot) -> bool) {
-        let before = self.taken.len();
+        let lasting = |taken: &[Snapshot]| taken.iter().filter(|it| is_lasting(it.number)).count();
+        let before = lasting(&self.taken);
         self.taken.retain(is_kept);
-        if self.taken.len() < before {
+        // What lasting ones share with each other, the others have no part in.
+        if lasting(&self.taken) < before {
             self.forget_counts();
         }
     }
@@ -252,7 +257,6 @@ impl Snapshots {
     pub(crate) fn take_out_behind(&mut self, event: usize) -> TakenOut {
         let first = self.taken.partition_point(|snapshot| snapshot.events.len() <= event);
         let taken = self.taken.split_off(first);
-        self.forget_counts();
         let start = self.newest().map_or(0, |snapshot| snapshot.steps);
         TakenOut { taken, start, done: std::mem::replace(&mut self.done, start) }
     }
@@ -262,6 +266,7 @@ impl Snapshots {
     pub(crate) fn put_back(&mut self, TakenOut { taken, start, done }: TakenOut) {
         self.keep(|snapshot| snapshot.steps <= start);
         self.taken.extend(taken);
+        self.forget_counts();
         self.done = done;
     }
 

@@ -120,12 +120,17 @@ impl MapBuilder {
     pub fn transform(&mut self, new_from_old: &Pose) -> Result<CorrectionReport, Error> {
         let log = self.map.past.log.as_ref().ok_or(Error::NoHistory)?;
         let poses: Vec<Pose> = log.poses().map(|pose| *new_from_old * pose).collect();
-        let before = Arc::clone(&self.config);
+        let config = Arc::clone(&self.config);
         let has_turned = self.turn_given_up(new_from_old);
-        // Maps in which no frame has moved yet are made anew, too: they have the other direction.
+        // Earlier states have the other direction.
+        let snapshots = has_turned.then(|| std::mem::replace(&mut self.snapshots, Snapshots::new()));
+        // Maps in which no frame has moved yet are made anew, too.
         let report = self.correct_from(has_turned.then_some(0), &poses, &mut |_| true);
         if report.is_err() {
-            self.config = before;
+            self.config = config;
+            if let Some(snapshots) = snapshots {
+                self.snapshots = snapshots;
+            }
         }
         report
     }
@@ -138,8 +143,6 @@ impl MapBuilder {
         let has_turned = dot(up, turned) < (1.0 - 1e-12) * dot(up, up);
         if has_turned {
             Arc::make_mut(&mut self.config).objects.parameterization.up = Some(turned);
-            // Maps of before have the other direction.
-            self.snapshots = Snapshots::new();
         }
         has_turned
     }
@@ -166,6 +169,8 @@ impl MapBuilder {
         // A frame that is in no map any more may still be the one from which an event's place is known.
         let first_moved = log.events.iter().position(|event| event.frame().is_some_and(has_moved));
         let first_changed = first_moved.into_iter().chain(changed).min();
+        // Frames that no map has seen have poses, too: who saves what is newer shall save them.
+        let is_changed = first_changed.is_some() || log.poses().ne(poses.iter().copied());
         for waiting in self.waiting.iter() {
             self.check_pose(&waiting.frame, &poses[waiting.id.get() as usize])?;
         }
@@ -174,7 +179,7 @@ impl MapBuilder {
             None => CorrectionReport::unchanged(log),
         };
         report.new_from_old = self.take_over(poses);
-        if first_changed.is_some() {
+        if is_changed {
             self.publish_change();
         }
         Ok(report)

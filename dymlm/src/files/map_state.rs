@@ -180,7 +180,7 @@ fn read_cloud(folder: &MapFolder, map: &MultiLevelMap) -> Result<CloudMap, Error
     let mut loader = CloudLoader::new(map.config.cloud.clone(), map.config.sensor)?;
     // A folder for that file that is not there, on the machine where somebody looks at the map, is an error only when
     // the mapping goes on.
-    let mut pager = MapPager::new(&map.config.memory).ok();
+    let mut pager = MapPager::new(&map.config.memory, || 0).ok();
     if let Some(pager) = &pager {
         pager.page_out_planes(&map.planes)?;
     }

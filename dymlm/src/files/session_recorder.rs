@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use dymlm_cloud::StaticPoints;
+use dymlm_core::vector3::{dot, unit};
 use dymlm_core::{Detection, Frame, ObjectId, PlaneId, PointCloud, Pose, Rgb};
 use dymlm_io::{GridRecord, McapWriter, McapWriterOptions, ObjectRecord, PlaneRecord, outline_cloud};
 use dymlm_octree::CellState;
@@ -20,6 +21,9 @@ const GREY: Rgb = [128; 3];
 const LINE_SPACING: f64 = 0.02;
 /// The topics of the cloud.
 const CLOUD: &str = "/map/cloud";
+/// Cosine of the angle between directions up within which a grid is brought up to date, 0.1 degrees: over 30 m
+/// the floor is at the same height but for a cell.
+const SAME_UP: f64 = 0.999_998_5;
 
 /// A plane or an object that is other than before, with its centre; `None` when it is gone.
 type ChangedThing = (Thing, Option<[f64; 3]>);
@@ -104,7 +108,7 @@ impl SessionRecorder {
     /// Says which way is up, for labels and grid: without it that is what the maps have
     /// [learnt](MultiLevelMap::up).
     pub fn set_up(&mut self, up: [f64; 3]) {
-        self.up = dymlm_core::vector3::unit(up);
+        self.up = unit(up);
     }
 
     /// Records a frame with its pose, and its detections unless no detector has looked.
@@ -147,8 +151,13 @@ impl SessionRecorder {
         changed.extend(self.record_objects(time, map, &changes.objects, up)?);
         self.record_outlines(time, changed)?;
         // As long as no grid was written, it may have lacked the camera, or a floor under it.
-        if let (Some(up), true) = (up, self.grid.is_none() || !changes.octree.is_empty()) {
-            self.record_grid(time, map, up)?;
+        match up {
+            Some(up) if self.grid.is_none() || !changes.octree.is_empty() => {
+                self.record_grid(time, map, up)?;
+            }
+            Some(_) => {}
+            // It would not follow what changes meanwhile.
+            None => self.clear_grid(time)?,
         }
         self.writer.flush()?;
         self.recorded = Some(map.without_past());
@@ -260,10 +269,14 @@ impl SessionRecorder {
     /// camera has come to another floor.
     fn follow_floor(&mut self, at: [f64; 3], map: &MultiLevelMap, up: [f64; 3]) -> Result<(), Error> {
         let config = FloorGridConfig::default();
-        let shown = self.grid.as_mut().filter(|shown| shown.up == up).zip(self.recorded.as_ref());
+        // What is up is learnt more and more exactly.
+        let is_same_up = |shown: &&mut ShownGrid| dot(shown.up, up) >= SAME_UP;
+        let shown = self.grid.as_mut().filter(is_same_up).zip(self.recorded.as_ref());
         if let Some((shown, recorded)) = shown
             && shown.floor.update(recorded, map).is_ok()
-            && map.start_of_floor(at, up, &config).is_ok_and(|plane| shown.floor.planes().contains(&plane))
+            && map
+                .start_of_floor(at, shown.up, &config)
+                .is_ok_and(|plane| shown.floor.planes().contains(&plane))
         {
             return Ok(());
         }
@@ -360,7 +373,6 @@ mod tests {
         let (folder, up) = (tempfile::tempdir().unwrap(), [0.0, 0.0, 1.0]);
         let path = folder.path().join("session.mcap");
         let mut recorder = SessionRecorder::create(&path, &McapWriterOptions::default()).unwrap();
-        recorder.set_up(up);
         let mut sizes = Vec::new();
         for step in 0..3 {
             // The floor goes on ahead.
@@ -369,10 +381,13 @@ mod tests {
                 frame.set_timestamp(frame.timestamp() + 1.0).unwrap();
                 builder.insert(&frame, &[], &eye).unwrap();
             }
+            // What is up is learnt more and more exactly.
+            recorder.set_up([1e-4 * f64::from(step), 0.0, 1.0]);
             recorder.record_frame(&frame, None, &eye).unwrap();
             recorder.record_map(frame.timestamp(), builder.map()).unwrap();
             let anew = builder.map().floor_grid(eye.translation(), up, &FloorGridConfig::default()).unwrap();
             let shown = recorder.grid.as_ref().unwrap();
+            assert_eq!(shown.up, up);
             assert!(shown.floor.grid().cells() == anew.grid().cells(), "step {step}");
             sizes.push(anew.grid().cells().len());
         }

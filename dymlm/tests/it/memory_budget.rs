@@ -96,6 +96,30 @@ fn maps_are_loaded_within_their_budget() {
     );
 }
 
+/// Regression: while maps were made anew, what their history held in memory did not count.
+#[test]
+fn merged_maps_are_within_the_budget_with_their_history() {
+    let frames = frames();
+    let (first, second) = frames.split_at(frames.len() / 2);
+    let map = |frames: &[SimulatedFrame], budget: Option<usize>| {
+        let mut builder = builder(budget);
+        for frame in frames.iter().step_by(2) {
+            builder.insert(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        }
+        builder.into_map()
+    };
+    let merged = |budget: Option<usize>| {
+        let mut merged = map(first, budget);
+        merged.merge(&map(second, budget), &Pose::identity()).unwrap();
+        merged
+    };
+    let whole = merged(None);
+    let memory = whole.memory();
+    let paged = merged(Some(memory.total() - memory.cloud));
+    assert!(10 * paged.memory().cloud < 9 * memory.cloud, "{:?} {memory:?}", paged.memory());
+    assert!(fingerprint(&paged) == fingerprint(&whole));
+}
+
 #[test]
 fn a_folder_that_is_not_there_is_named_before_anything_is_mapped() {
     let mut config = MapConfig::default();

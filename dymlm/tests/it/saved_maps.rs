@@ -316,9 +316,15 @@ fn frames_without_a_trace_in_the_maps_are_saved_as_well() {
     assert!(is_saved_soon(&folder, &builder));
     insert(&mut builder, 1..4);
     builder.settle();
+    assert!(is_saved_soon(&folder, &builder));
+    // What a correction of such frames alone has changed is lost otherwise.
+    let (last, _, pose) = builder.trajectory().last().unwrap();
+    let moved = Pose::new([0.1, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap() * pose;
+    builder.correct_poses(&[(last, moved)]).unwrap();
     autosave.finish().unwrap();
     let resumed = MapBuilder::resume(MultiLevelMap::load(&folder).unwrap()).unwrap();
-    assert_eq!((resumed.trajectory().count(), builder.trajectory().count()), (4, 4));
+    assert_eq!(resumed.trajectory().count(), 4);
+    assert!(resumed.trajectory().eq(builder.trajectory()) && builder.trajectory().last().unwrap().2 == moved);
 }
 
 #[test]
