@@ -80,11 +80,12 @@ impl BlockDepths {
         let [column, row] = self.place(block);
         let is_wide = column >= steps && column + steps < self.columns;
         let is_high = row >= steps && row + steps < self.rows();
-        let down = steps * self.columns;
+        // Of places as near as no camera reads, the steps are more than there are blocks.
+        let down = steps.saturating_mul(self.columns);
         let pairs = [
             (is_wide, steps),
             (is_high, down),
-            (is_wide && is_high, down + steps),
+            (is_wide && is_high, down.saturating_add(steps)),
             (is_wide && is_high, down.saturating_sub(steps)),
         ];
         let sides = pairs.into_iter().filter(|&(is_in, _)| is_in);

@@ -173,8 +173,9 @@ impl BoxTracker {
     }
 
     /// Processes a frame on which the detector did not run, which says nothing about who is in it. Returns
-    /// the predicted boxes of all tracks that were in view or coasting when the detector last ran, for 5 s after
-    /// they were detected (or [`TrackerConfig::max_coast`] if that is longer).
+    /// the predicted boxes of all tracks that were in view or coasting when the detector last ran, as long as
+    /// they are remembered ([`TrackerConfig::max_age`], or two looks at the detector's pace), but at most for
+    /// 5 s after they were detected (or [`TrackerConfig::max_coast`] if that is longer).
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-use dymlm_core::{BoundingBox, Detection, Frame, Mask, Pose, SensorModel};
+use dymlm_core::{BoundingBox, Detection, Frame, Mask, Pose, SensorModel, TrackId};
 
 use super::FreeSpace;
 use super::new_surface::NewSurfaces;
@@ -24,6 +24,8 @@ pub(crate) struct UnlabelledFinder {
     foreground: Foreground,
     found: Vec<Detection>,
     corrected: Vec<(BoundingBox, Option<f32>)>,
+    /// Of the tracks that were found in the last frame.
+    depths: Vec<(TrackId, f32)>,
 }
 
 /// The steps by which any mover is cut out.
@@ -42,6 +44,7 @@ impl UnlabelledFinder {
             foreground: Foreground::default(),
             found: Vec::new(),
             corrected: Vec::new(),
+            depths: Vec::new(),
         })
     }
 
@@ -111,12 +114,17 @@ impl UnlabelledFinder {
         let view = View { camera: *frame.camera(), world_from_camera: *world_from_camera };
         self.tracker.continue_ids_of(labelled);
         let boxes = self.tracker.update(frame.timestamp(), &self.found, Some(&view))?;
+        self.depths.clear();
         for tracked in boxes {
             // Predicted boxes are not reported: nothing new is read there.
             let BoxSource::Detected { detection } = tracked.source else { continue };
             let Some(&(corrected_box, depth)) = self.corrected.get(detection) else { continue };
+            self.depths.extend(depth.map(|depth| (tracked.track_id, depth)));
             let source = BoxSource::FreeSpace;
             movers.push(Mover { label: None, source, corrected_box, depth, ..Mover::of_track(tracked) });
+        }
+        for &(track_id, depth) in &self.depths {
+            self.tracker.observe_depth(track_id, depth);
         }
         labelled.continue_ids_of(&self.tracker);
         Ok(())
