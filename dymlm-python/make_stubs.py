@@ -184,6 +184,7 @@ T = {
         "parted": "int",
         "costs": "list[list[float]]",
         "left_out": "list[int]",
+        "unheld": "list[tuple[int, str, list[float], float]]",
         "correction": "CorrectionReport",
     },
     "Map": {

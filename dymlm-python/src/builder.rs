@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use dymlm::core::{FrameId, ObjectId, PinholeCamera, Pose};
 use dymlm::tracking::ObjectTrackerConfig;
-use dymlm::{FrameInput, MapBuilder, MapConfig, RefineConfig};
+use dymlm::{FrameInput, HistoryConfig, MapBuilder, MapConfig, RefineConfig};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::Table;
@@ -253,7 +253,7 @@ impl PyMapBuilder {
         Ok(PyCorrectionReport::of(&report))
     }
 
-    /// Refines the poses by the planes that the key frames have seen, and all maps follow. Needs a history.
+    /// Refines the poses by the planes and objects that the key frames have seen, and all maps follow. Needs a history.
     /// closures: a list of LoopClosure; the report names those that were rejected. Further keywords are the
     /// fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
     #[pyo3(signature = (closures = None, **fields))]
@@ -368,6 +368,7 @@ fn check_one_kind<T>(poses: &[(FrameKey, T)]) -> PyResult<()> {
 struct FramesByTime {
     /// The frames asked for, by the bits of their times.
     frames: BTreeMap<u64, Vec<FrameId>>,
+    has_history: bool,
 }
 
 impl FramesByTime {
@@ -384,7 +385,8 @@ impl FramesByTime {
                 }
             }
         }
-        Self { frames }
+        let has_history = builder.config().history != HistoryConfig::None;
+        Self { frames, has_history }
     }
 
     fn frame(&self, key: FrameKey) -> PyResult<FrameId> {
@@ -397,6 +399,7 @@ impl FramesByTime {
             Some([_, ..]) => {
                 Err(refused(format!("several frames were inserted at {time} s: name them by id")))
             }
+            _ if !self.has_history => Err(dymlm::Error::NoHistory).or_raise(),
             _ => Err(unknown_frame(format!("no frame was inserted at {time} s"))),
         }
     }

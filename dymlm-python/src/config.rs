@@ -100,7 +100,10 @@ fn value_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::Float(number));
     }
     match value.extract::<PathBuf>() {
-        Ok(path) => Ok(Value::String(path.to_string_lossy().into_owned())),
+        Ok(path) => match path.to_str() {
+            Some(path) => Ok(Value::String(path.to_owned())),
+            None => Err(refused_setting(format!("{} is not UTF-8, and cannot be saved", path.display()))),
+        },
         Err(_) => Err(PyTypeError::new_err(format!("a config cannot hold {}", value.get_type()))),
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dymlm::core::{FrameId, Numbered};
-use dymlm::{CorrectionReport, LoopClosure, RefineReport, ThingChanges};
+use dymlm::{CorrectionReport, LoopClosure, MotionKind, RefineReport, ThingChanges, UnheldMotion};
 use pyo3::prelude::*;
 
 use crate::pose::{PoseArgument, PyPose};
@@ -121,6 +121,10 @@ pub(crate) struct PyRefineReport {
     costs: Vec<[f64; 2]>,
     /// Indices of the loop closures that were rejected as wrong.
     left_out: Vec<usize>,
+    /// Motions that only odometry determines, as along a corridor: (frame id, "translation" or "rotation", axis
+    /// (3) in the world, standard deviation in metres or radians), at up to 32 key frames. In these the poses
+    /// are as good as those given.
+    unheld: Vec<(u64, &'static str, [f64; 3], f64)>,
     /// How the maps changed, one CorrectionReport for all rounds.
     correction: PyCorrectionReport,
 }
@@ -135,7 +139,16 @@ impl PyRefineReport {
             parted: report.found.parted,
             costs: report.costs,
             left_out: report.found.left_out,
+            unheld: report.found.unheld.iter().map(unheld).collect(),
             correction: PyCorrectionReport::of(&report.correction),
         }
     }
+}
+
+fn unheld(motion: &UnheldMotion) -> (u64, &'static str, [f64; 3], f64) {
+    let kind = match motion.kind {
+        MotionKind::Translation => "translation",
+        MotionKind::Rotation => "rotation",
+    };
+    (motion.frame.get(), kind, motion.axis, motion.deviation)
 }

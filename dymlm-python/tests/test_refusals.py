@@ -143,6 +143,7 @@ def test_what_programs_tell_apart_has_a_class_of_its_own(frames, tmp_path):
         (dymlm.UnknownFrame, lambda: inserted(frames[:1], history="memory").remove(77.0)),
         (dymlm.UnknownObject, lambda: builder.track_object(999, frame)),
         (dymlm.NoHistory, lambda: builder.remove(0)),
+        (dymlm.NoHistory, lambda: builder.remove(77.0)),
         (dymlm.NoFloor, lambda: map.floor_grid([0.0, 0.0, 50.0], [0.0, 0.0, 1.0])),
         (dymlm.FileError, lambda: dymlm.load(tmp_path / "nowhere")),
         (dymlm.Locked, lambda: dymlm.MapSaver(tmp_path / "map")),
