@@ -1,4 +1,5 @@
-//! DBSCAN, voxel grid, statistical outlier removal, searches of the nearest point, overlap of oriented boxes, and assignment.
+//! DBSCAN, voxel grid, statistical outlier removal, searches of the nearest point, overlap of oriented boxes,
+//! and assignment.
 
 use std::hint::black_box;
 

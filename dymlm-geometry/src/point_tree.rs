@@ -9,8 +9,8 @@ use crate::finite::is_finite;
 /// points in planes, on lines and in heaps of equal ones, on which trees that are cut along each axis in turn
 /// grow deep. O(n log n) to build, O(log n) for a search that finds few points.
 ///
-/// Distances are computed in f32: from a place on, that is so far away that their squares overflow (1.8e19 m),
-/// nothing is found.
+/// Distances are computed in f32: from a place on, that is so far away that their squares overflow (1.8e19
+/// m), nothing is found.
 ///
 /// ```
 /// use dymlm_geometry::PointTree;

@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use dymlm_core::vector3::{bounds, boxes_touch, difference, norm};
+use dymlm_core::vector3::{Vector3, bounds, boxes_touch, difference, norm};
 use dymlm_core::{Birth, ObjectId, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 
@@ -209,6 +209,8 @@ impl ObjectMapper {
     fn update(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
         self.observed.clear();
         let observations = std::mem::take(&mut self.observations);
+        // All vote before the first new object asks what is up.
+        let votes = self.vote_for_vertical(&observations, view.world_from_camera.translation());
         for (index, observation) in observations.iter().enumerate() {
             match self.matches.get(index).copied().flatten() {
                 // Something else is where a carried object stood.
@@ -219,9 +221,35 @@ impl ObjectMapper {
                 None => self.create_object(view, index, observation, planes),
             }
         }
+        let is_seen = |index: usize| self.observed.iter().any(|(_, observed)| *observed == index);
+        for (_, normal) in votes.into_iter().filter(|(index, _)| !is_seen(*index)) {
+            self.vertical.withdraw(normal);
+        }
         self.observations = observations;
         self.observed.sort_unstable();
         self.note_seen_apart(view);
+    }
+
+    /// Votes for the normals of the planes on which observations rest. Those of an object count as long as
+    /// its view counts fully: what a robot at rest sees for hours does not outvote what it sees on its way.
+    /// Returns the votes, each with the index of its observation.
+    fn vote_for_vertical(
+        &mut self,
+        observations: &[ObjectObservation],
+        camera: Vector3,
+    ) -> Vec<(usize, Vector3)> {
+        let counts = |index: usize| {
+            let object = self.matches.get(index).copied().flatten().and_then(|birth| self.map.born(birth));
+            object.is_none_or(|object| object.view.would_count_fully(object.oriented_box.center(), camera))
+        };
+        let normal = |index: usize| self.parameterizer.resting_normal(observations[index].detection);
+        let counting = (0..observations.len()).filter(|&index| counts(index));
+        let votes: Vec<(usize, Vector3)> =
+            counting.filter_map(|index| Some((index, normal(index)?))).collect();
+        for (_, normal) in &votes {
+            self.vertical.vote(*normal);
+        }
+        votes
     }
 
     /// Notes which of the observed objects that touch were detected as two things of one label: neither
@@ -437,12 +465,6 @@ impl ObjectMapper {
         self.report.observed.push((observation.detection, object.id));
         self.changed.insert(birth);
         self.supports.extend(observation.support.and_then(|support| support.id));
-        // What a robot at rest sees for hours does not outvote what it sees on its way.
-        if object.view.counts_fully()
-            && let Some(normal) = self.parameterizer.resting_normal(observation.detection)
-        {
-            self.vertical.vote(normal);
-        }
         if !Reparameterizer::is_due(object) {
             return;
         }
@@ -487,9 +509,6 @@ impl ObjectMapper {
         let shape = self.config.shapes.of(&observation.label);
         let (limits, sizes) = (&self.limits, &self.config.sizes);
         let mut object = MapObject::new((birth, id), observation, view, shape, limits, sizes);
-        if let Some(normal) = self.parameterizer.resting_normal(observation.detection) {
-            self.vertical.vote(normal);
-        }
         self.reparameterizer.update(
             &mut object,
             self.vertical.direction(),

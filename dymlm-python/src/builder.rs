@@ -253,9 +253,9 @@ impl PyMapBuilder {
         Ok(PyCorrectionReport::of(&report))
     }
 
-    /// Refines the poses by the planes and objects that the key frames have seen, and all maps follow. Needs a history.
-    /// closures: a list of LoopClosure; the report names those that were rejected. Further keywords are the
-    /// fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
+    /// Refines the poses by the planes and objects that the key frames have seen, and all maps follow. Needs
+    /// a history. closures: a list of LoopClosure; the report names those that were rejected. Further
+    /// keywords are the fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
     #[pyo3(signature = (closures = None, **fields))]
     fn refine_poses(
         &self,

@@ -121,9 +121,9 @@ pub(crate) struct PyRefineReport {
     costs: Vec<[f64; 2]>,
     /// Indices of the loop closures that were rejected as wrong.
     left_out: Vec<usize>,
-    /// Motions that only odometry determines, as along a corridor: (frame id, "translation" or "rotation", axis
-    /// (3) in the world, standard deviation in metres or radians), at up to 32 key frames. In these the poses
-    /// are as good as those given.
+    /// Motions that only odometry determines, as along a corridor: (frame id, "translation" or "rotation",
+    /// axis (3) in the world, standard deviation in metres or radians), at up to 32 key frames. In these the
+    /// poses are as good as those given.
     unheld: Vec<(u64, &'static str, [f64; 3], f64)>,
     /// How the maps changed, one CorrectionReport for all rounds.
     correction: PyCorrectionReport,

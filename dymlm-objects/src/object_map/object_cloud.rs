@@ -215,8 +215,9 @@ impl ObjectCloud {
         *count = counted(*count, voxels);
     }
 
-    /// Counts the cells of another cloud at their places here. They are its cells and not those of its voxels,
-    /// which may be larger: each by the middles of its eight parts, since it lies across several here.
+    /// Counts the cells of another cloud at their places here. They are its cells and not those of its
+    /// voxels, which may be larger: each by the middles of its eight parts, since it lies across several
+    /// here.
     fn count_cells_of(&mut self, other: &Self, here: impl Fn(Vector3) -> Vector3) {
         for (cell, &count) in &other.cells {
             for part in 0..8_u8 {

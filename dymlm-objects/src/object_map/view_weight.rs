@@ -40,9 +40,9 @@ impl ViewWeight {
         (FULL / self.frames.div_ceil(ENOUGH).max(1)).max(1)
     }
 
-    /// Whether the last observation counted fully.
-    pub(crate) fn counts_fully(&self) -> bool {
-        self.frames <= ENOUGH
+    /// Whether one more observation would count fully.
+    pub(crate) fn would_count_fully(&self, object: Vector3, camera: Vector3) -> bool {
+        self.clone().next(object, camera) == FULL
     }
 }
 

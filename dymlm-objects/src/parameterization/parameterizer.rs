@@ -88,8 +88,8 @@ impl Parameterizer {
         }
     }
 
-    /// The normal, in the world, of the plane on which what a detection of the last frame shows rests, level or
-    /// not.
+    /// The normal, in the world, of the plane on which what a detection of the last frame shows rests, level
+    /// or not.
     pub(crate) fn resting_normal(&self, detection: usize) -> Option<[f64; 3]> {
         let of_detection = self.resting_normals.iter().find(|(own, _)| *own == detection);
         of_detection.map(|(_, normal)| *normal)

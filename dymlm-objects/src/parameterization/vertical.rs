@@ -6,9 +6,9 @@ const MOST_NORMALS: usize = 1024;
 
 /// The upward direction in the world: given, or learnt from the planes on which things rest.
 ///
-/// Each observation that counts fully votes for the normal of the plane on which it rests, level or not. Tables and floors
-/// share one normal; walls against which things lean have several. The vertical is known once one normal has
-/// more votes than all others together. The camera's attitude plays no part.
+/// Each observation that counts fully votes for the normal of the plane on which it rests, level or not.
+/// Tables and floors share one normal; walls against which things lean have several. The vertical is known
+/// once one normal has more votes than all others together. The camera's attitude plays no part.
 #[derive(Debug, Clone)]
 pub(crate) struct Vertical {
     given: Option<Vector3>,
@@ -75,6 +75,19 @@ impl Vertical {
         }
     }
 
+    /// Takes a vote back.
+    pub(crate) fn withdraw(&mut self, normal: Vector3) {
+        let is_same = |own: &Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= self.least_cosine);
+        let normals = &mut self.votes.normals;
+        if let Some(place) = normals.iter().position(is_same) {
+            let own = &mut normals[place];
+            *own = Normal { sum: along(own.sum, -1.0, normal), votes: own.votes.saturating_sub(1) };
+            if own.votes == 0 {
+                normals.remove(place);
+            }
+        }
+    }
+
     /// A unit vector that points up; `None` until it is known.
     pub(crate) fn direction(&self) -> Option<Vector3> {
         let normals = &self.votes.normals;
@@ -114,6 +127,8 @@ mod tests {
         for tilt in [-0.02, 0.02] {
             vertical.vote([tilt, 0.0, 1.0]);
         }
+        vertical.vote([1.0, 0.0, 0.0]);
+        vertical.withdraw([1.0, 0.0, 0.0]);
         assert_eq!(vertical.direction(), Some([0.0, 0.0, 1.0]));
         assert_eq!(Vertical::new(Some([2.0, 0.0, 0.0]), 0.99).direction(), Some([1.0, 0.0, 0.0]));
     }

@@ -239,8 +239,8 @@ impl PlaneMap {
         self.plane(id).map(MapPlane::id)
     }
 
-    /// A number that grows whenever [`Self::current_id`] of a plane may have changed by a merge, or by one that
-    /// was undone. Planes that come and go leave it as it is. It is not saved.
+    /// A number that grows whenever [`Self::current_id`] of a plane may have changed by a merge, or by one
+    /// that was undone. Planes that come and go leave it as it is. It is not saved.
     pub fn ids_revision(&self) -> u64 {
         self.merged_ids.revision()
     }

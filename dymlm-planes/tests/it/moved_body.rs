@@ -114,8 +114,8 @@ fn what_is_gone_stays_gone_when_another_body_takes_a_part_of_it() {
     assert!(is_confirmed(&mapper));
 }
 
-/// Regression: what was pushed and then carried had less than its share of all its inliers, and was cut off the
-/// plane instead of moved; or what it had left behind came along.
+/// Regression: what was pushed and then carried had less than its share of all its inliers, and was cut off
+/// the plane instead of moved; or what it had left behind came along.
 #[test]
 fn what_a_plane_has_left_behind_neither_holds_it_nor_comes_along() {
     let mut mapper = map(3);

@@ -372,9 +372,9 @@ class MapBuilder:
         """Moves the whole world: each frame's new pose is `new_from_old` times its old one. Needs a history."""
 
     def refine_poses(self, closures: Iterable[LoopClosure] | None = None, **fields: Any) -> RefineReport:
-        """Refines the poses by the planes and objects that the key frames have seen, and all maps follow. Needs a history.
-        closures: a list of LoopClosure; the report names those that were rejected. Further keywords are the
-        fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
+        """Refines the poses by the planes and objects that the key frames have seen, and all maps follow. Needs
+        a history. closures: a list of LoopClosure; the report names those that were rejected. Further
+        keywords are the fields of Rust's `RefineConfig`, such as `rounds=3` or `translation_per_second=0.05`.
         """
 
     def trajectory(self) -> list[tuple[int, float, Pose]]:
@@ -736,9 +736,9 @@ class RefineReport:
 
     @property
     def unheld(self) -> list[tuple[int, str, list[float], float]]:
-        """Motions that only odometry determines, as along a corridor: (frame id, "translation" or "rotation", axis
-        (3) in the world, standard deviation in metres or radians), at up to 32 key frames. In these the poses
-        are as good as those given.
+        """Motions that only odometry determines, as along a corridor: (frame id, "translation" or "rotation",
+        axis (3) in the world, standard deviation in metres or radians), at up to 32 key frames. In these the
+        poses are as good as those given.
         """
 
     @property

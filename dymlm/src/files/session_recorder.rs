@@ -21,8 +21,8 @@ const GREY: Rgb = [128; 3];
 const LINE_SPACING: f64 = 0.02;
 /// The topics of the cloud.
 const CLOUD: &str = "/map/cloud";
-/// Cosine of the angle between directions up within which a grid is brought up to date, 0.1 degrees: over 30 m
-/// the floor is at the same height but for a cell.
+/// Cosine of the angle between directions up within which a grid is brought up to date, 0.1 degrees: over 30
+/// m the floor is at the same height but for a cell.
 const SAME_UP: f64 = 0.999_998_5;
 
 /// A plane or an object that is other than before, with its centre; `None` when it is gone.

@@ -15,8 +15,8 @@ use crate::patches::{BlockKey, PatchVoxel, VoxelBox};
 /// degrees, the inner half of a Kinect's view.
 const COS_VIEW: f64 = 0.906_308;
 /// Narrow side, pixels of a Kinect, below which a plane that is not found is not missed: two sides of a block
-/// of the detector's, which in small images are of [`SMALLEST_BLOCK`]. What is narrower may hold no whole block
-/// (`what_is_too_narrow_from_far_away_is_not_missed_there`). With 24, planes fitted across edges stay:
+/// of the detector's, which in small images are of [`SMALLEST_BLOCK`]. What is narrower may hold no whole
+/// block (`what_is_too_narrow_from_far_away_is_not_missed_there`). With 24, planes fitted across edges stay:
 /// precision on the eight sequences falls from 100 to 96 %.
 const LEAST_NARROW_SIDE: f64 = 16.0;
 
