@@ -26,23 +26,12 @@ impl Nearest {
     pub(crate) fn find(&mut self, tree: &BoxTree, place: Point) -> &[f32] {
         self.distances.fill(f32::INFINITY);
         self.bound = f32::INFINITY;
-        self.open.clear();
-        self.open.extend(tree.root().map(|root| (0.0, root)));
-        while let Some((least, mut node)) = self.open.pop() {
-            if least >= self.bound {
-                continue;
-            }
-            let mut least = least;
-            while let Some(children) = tree.children(node) {
-                let [a, b] = children.map(|child| (tree.node(child).least_from(place), child));
-                let (near, far) = if b.0 < a.0 { (b, a) } else { (a, b) };
-                if far.0 < self.bound {
-                    self.open.push(far);
-                }
-                (least, node) = near;
-            }
-            self.look_into(tree.runs_of(tree.node(node)), least, place);
-        }
+        let mut open = std::mem::take(&mut self.open);
+        tree.visit_leaves(place, self.bound, &mut open, |leaf, least| {
+            self.look_into(tree.runs_of(leaf), least, place);
+            self.bound
+        });
+        self.open = open;
         let found = self.distances.partition_point(|distance| distance.is_finite());
         &self.distances[..found]
     }

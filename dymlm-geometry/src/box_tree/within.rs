@@ -1,21 +1,26 @@
 use dymlm_core::Point;
 
 use super::BoxTree;
-use super::tree::squared_distance;
+use super::tree::{Node, squared_distance};
 
 impl BoxTree {
-    /// Index and squared distance of a point nearest to a place, of those within a distance of it.
-    pub(crate) fn nearest_within(&self, place: Point, squared_distance_limit: f32) -> Option<(u32, f32)> {
-        let mut found = None;
-        // Points from here on are of no use.
-        let mut bound = squared_distance_limit.next_up();
-        let mut open = Vec::with_capacity(32);
+    /// Visits the leaves that may hold points nearer than a squared distance, from a place, mostly from near
+    /// to far. `visit` is given a leaf and its least squared distance, and returns the squared distance from
+    /// which on points are of no use then. `open` is a buffer to reuse.
+    #[inline]
+    pub(super) fn visit_leaves(
+        &self,
+        place: Point,
+        mut bound: f32,
+        open: &mut Vec<(f32, u32)>,
+        mut visit: impl FnMut(&Node, f32) -> f32,
+    ) {
+        open.clear();
         open.extend(self.root().map(|root| (self.node(root).least_from(place), root)));
-        while let Some((least, mut node)) = open.pop() {
-            let mut least = least;
+        while let Some((mut least, mut node)) = open.pop() {
             while least < bound {
                 let Some(children) = self.children(node) else {
-                    self.look_into_leaf(node, place, &mut bound, &mut found);
+                    bound = visit(self.node(node), least);
                     break;
                 };
                 let [a, b] = children.map(|child| (self.node(child).least_from(place), child));
@@ -26,19 +31,23 @@ impl BoxTree {
                 (least, node) = near;
             }
         }
-        found.map(|at: usize| (self.indices()[at], bound))
     }
 
-    fn look_into_leaf(&self, leaf: u32, place: Point, bound: &mut f32, found: &mut Option<usize>) {
-        let node = self.node(leaf);
-        // In a box without extent, all points are equal.
-        let points = self.distinct_points_of(node);
-        for (at, &point) in (node.first as usize..).zip(points) {
-            let distance = squared_distance(place, point);
-            if distance < *bound {
-                (*bound, *found) = (distance, Some(at));
+    /// Index and squared distance of a point nearest to a place, of those within a distance of it.
+    pub(crate) fn nearest_within(&self, place: Point, squared_distance_limit: f32) -> Option<(u32, f32)> {
+        let mut found = None;
+        let mut bound = squared_distance_limit.next_up();
+        self.visit_leaves(place, bound, &mut Vec::with_capacity(32), |leaf, _| {
+            // In a box without extent, all points are equal.
+            for (at, &point) in (leaf.first as usize..).zip(self.distinct_points_of(leaf)) {
+                let distance = squared_distance(place, point);
+                if distance < bound {
+                    (bound, found) = (distance, Some(at));
+                }
             }
-        }
+            bound
+        });
+        found.map(|at| (self.indices()[at], bound))
     }
 
     /// Indices of the points within a distance of a place.

@@ -60,10 +60,9 @@ impl Vertical {
 
     /// Counts a vote.
     pub(crate) fn vote(&mut self, normal: Vector3) {
-        let is_same =
-            |own: &&mut Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= self.least_cosine);
+        let place = self.place_of(normal);
         let normals = &mut self.votes.normals;
-        if let Some(own) = normals.iter_mut().find(is_same) {
+        if let Some(own) = place.map(|place| &mut normals[place]) {
             *own = Normal { sum: along(own.sum, 1.0, normal), votes: own.votes + 1 };
         } else if normals.len() < MOST_NORMALS {
             normals.push(Normal { sum: normal, votes: 1 });
@@ -77,15 +76,20 @@ impl Vertical {
 
     /// Takes a vote back.
     pub(crate) fn withdraw(&mut self, normal: Vector3) {
-        let is_same = |own: &Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= self.least_cosine);
-        let normals = &mut self.votes.normals;
-        if let Some(place) = normals.iter().position(is_same) {
+        if let Some(place) = self.place_of(normal) {
+            let normals = &mut self.votes.normals;
             let own = &mut normals[place];
             *own = Normal { sum: along(own.sum, -1.0, normal), votes: own.votes.saturating_sub(1) };
             if own.votes == 0 {
                 normals.remove(place);
             }
         }
+    }
+
+    /// Where the votes for a normal are counted.
+    fn place_of(&self, normal: Vector3) -> Option<usize> {
+        let is_same = |own: &Normal| unit(own.sum).is_some_and(|own| dot(own, normal) >= self.least_cosine);
+        self.votes.normals.iter().position(is_same)
     }
 
     /// A unit vector that points up; `None` until it is known.

@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use dymlm_core::{Birth, PlaneId, Pose};
 
 use super::super::key_frame::{KeyFrame, Share};
+use super::super::map_plane::MapPlane;
 use super::PlaneMap;
 use crate::error::Error;
 use crate::linear_algebra::foot_on;
@@ -81,16 +82,15 @@ impl PlaneMap {
     /// Takes from the key frames what some planes have left in free space, unless that is all of them.
     fn leave_behind(&mut self, planes: &[Birth]) {
         let Self { planes: all, merged, key_frames, config, .. } = self;
-        let of = |birth: Birth| all.get(&birth).filter(|_| planes.contains(&birth));
-        let has_left =
-            |birth: Birth| of(birth).filter(|plane| !plane.judged.is_empty() && plane.standing() > 0);
+        let has_left = |plane: &&MapPlane| !plane.judged.is_empty() && plane.standing() > 0;
+        let left: BTreeMap<Birth, &MapPlane> =
+            planes.iter().filter_map(|birth| Some((*birth, all.get(birth).filter(has_left)?))).collect();
+        let of = |share: &Share| left.get(&merged.current(share.plane));
         key_frames.renew(|before| {
-            let is_asked = |share: &Share| has_left(merged.current(share.plane)).is_some();
-            before.shares.iter().any(is_asked).then(|| {
+            before.shares.iter().any(|share| of(share).is_some()).then(|| {
                 let mut key_frame = before.clone();
                 key_frame.retain_samples(config.voxel_size, |share, cell| {
-                    has_left(merged.current(share.plane))
-                        .is_none_or(|plane| plane.stands(PatchVoxel { cell, count: 1 }))
+                    of(share).is_none_or(|plane| plane.stands(PatchVoxel { cell, count: 1 }))
                 });
                 key_frame
             })
