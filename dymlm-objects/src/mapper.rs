@@ -10,7 +10,7 @@ use crate::object_map::{ObjectLimits, counted};
 use crate::optimization::{
     Existence, PRIOR_SLACK, Proposal, Reparameterizer, are_duplicates, judge_existence, may_touch,
 };
-use crate::parameterization::{Parameterizer, Vertical};
+use crate::parameterization::{Parameterizer, Rival, Vertical};
 use crate::{
     Error, MapObject, ObjectAssociation, ObjectConfig, ObjectMap, ObjectMerge, ObjectObservation,
     ObjectReport, ObjectShape, ObjectState, ObjectView, RejectedDetection, RejectionCause, Relief,
@@ -183,8 +183,10 @@ impl ObjectMapper {
 
     /// From detections to boxes in space.
     fn parameterize(&mut self, view: &ObjectView<'_>, planes: &dyn SupportingPlanes) {
-        let (vertical, sizes) = (self.vertical.direction(), &self.config.sizes);
-        self.parameterizer.parameterize(view, planes, vertical, sizes, &mut self.observations);
+        let Self { parameterizer, map, in_view, held, vertical, config, observations, .. } = self;
+        let standing = map.confirmed(in_view).filter(|object| !held.contains_key(&object.birth));
+        let mapped: Vec<_> = standing.filter_map(|object| Rival::mapped(object, view)).collect();
+        parameterizer.parameterize(view, planes, vertical.direction(), &mapped, &config.sizes, observations);
         self.note_empty_boxes(view);
     }
 
@@ -215,6 +217,10 @@ impl ObjectMapper {
             match self.matches.get(index).copied().flatten() {
                 // Something else is where a carried object stood.
                 Some(object) if self.held.contains_key(&object) => {
+                    self.reject(observation.detection, RejectionCause::Occupied);
+                }
+                // A thing that is hardly known is not made of another one's surface.
+                Some(object) if self.is_tentative(object) && self.is_occupied(view, observation) => {
                     self.reject(observation.detection, RejectionCause::Occupied);
                 }
                 Some(object) => self.update_object(view, index, observation, object, planes),
@@ -410,11 +416,9 @@ impl ObjectMapper {
     }
 
     fn note_empty_boxes(&mut self, view: &ObjectView<'_>) {
-        let least = self.config.parameterization.min_score;
         for (index, detection) in view.detections().iter().enumerate() {
-            let asked = detection.score() >= least && !view.is_mover(detection);
             let found = self.observations.iter().any(|observation| observation.detection == index);
-            if asked && !found {
+            if !found && self.parameterizer.is_asked(view, detection) {
                 self.reject(index, RejectionCause::NoPoints);
             }
         }
@@ -526,6 +530,10 @@ impl ObjectMapper {
         self.supports.extend(observation.support.and_then(|support| support.id));
     }
 
+    fn is_tentative(&self, birth: Birth) -> bool {
+        self.map.born(birth).is_some_and(|object| object.state == ObjectState::Tentative)
+    }
+
     /// Whether most of an observation's points belong to a confirmed object with the same label or a matching
     /// projection: a cup is not part of the table to which its points were also added.
     fn is_occupied(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
@@ -534,23 +542,21 @@ impl ObjectMapper {
             (observation.relief == Relief::Raised || object.relief() == Relief::Flat)
                 && (object.label == observation.label || looks_like(object, view, observation))
         };
-        self.confirmed_in_view().filter(comparable).any(|object| holds_most(object, view, observation))
+        self.map
+            .confirmed(&self.in_view)
+            .filter(comparable)
+            .any(|object| holds_most(object, view, observation))
     }
 
     /// Whether the detector most likely means a confirmed object that no detection of the frame was
     /// associated with: the object's projection matches the box, and the depths show its surface. The points
     /// found in the box are then of something before or behind it.
     fn is_explained(&self, view: &ObjectView<'_>, observation: &ObjectObservation) -> bool {
-        self.confirmed_in_view().any(|object| {
+        self.map.confirmed(&self.in_view).any(|object| {
             !self.matches.contains(&Some(object.birth))
                 && looks_like(object, view, observation)
                 && judge_existence(view, object, &self.sensor) == Existence::Present
         })
-    }
-
-    fn confirmed_in_view(&self) -> impl Iterator<Item = &MapObject> {
-        let objects = self.in_view.iter().filter_map(|&birth| self.map.born(birth));
-        objects.filter(|object| object.state == ObjectState::Confirmed)
     }
 
     fn judge_existence(&mut self, view: &ObjectView<'_>) {

@@ -6,7 +6,7 @@ use dymlm_geometry::Assignment;
 
 use super::shared_points::{sample_places, shared_share};
 use super::{AssociationConfig, CentroidVerdict, joint_iou, visible_iou};
-use crate::{MapObject, ObjectMap, ObjectObservation, ObjectView, SizePriors};
+use crate::{MapObject, ObjectMap, ObjectObservation, ObjectState, ObjectView, SizePriors};
 
 /// The integer that stands for an affinity of 1: in fixed point the sums of assignments compare exactly, on
 /// every machine.
@@ -114,7 +114,7 @@ impl Associator {
             sample_places(observation, &view.world_from_camera, &mut self.places);
             for &birth in in_view {
                 let Some(object) = map.born(birth) else { continue };
-                let mut tests = self.test(view, observation, object);
+                let mut tests = self.test(view, observation, object, priors);
                 if !tests.are_near(&self.config) && observation.label == object.label {
                     tests.joint_iou = joint_iou(view, observation, &self.places, object, priors);
                 }
@@ -149,6 +149,7 @@ impl Associator {
         view: &ObjectView<'_>,
         observation: &ObjectObservation,
         object: &MapObject,
+        priors: &SizePriors,
     ) -> AssociationTests {
         let detected = &observation.bounding_box;
         let camera = view.frame.camera();
@@ -164,6 +165,9 @@ impl Associator {
         let [newest, last, before] = self.times;
         let max_gap = self.config.max_motion_gap.max(1.5 * (newest - last).min(last - before));
         let predicted = object.motion.predict(newest, max_gap);
+        // Of an object that is hardly known, what is elsewhere may be the thing that the detector means.
+        let is_known = object.state == ObjectState::Confirmed;
+        let predicted = predicted.filter(|_| is_known || is_in_reach(observation, object, priors));
         AssociationTests {
             projection_iou,
             motion_iou: predicted.map(|own| own.iou(detected)),
@@ -181,4 +185,13 @@ impl Associator {
         let limit = *self.limits.entry(count).or_insert_with(|| test.limit(count, alpha));
         limit.map_or(CentroidVerdict::Undecided, |limit| test.verdict_at(cloud, observation.centroid, limit))
     }
+}
+
+/// Whether an observation is where an object's parts may be. What moves with an object in the image, but is not,
+/// was found before or behind it.
+fn is_in_reach(observation: &ObjectObservation, object: &MapObject, priors: &SizePriors) -> bool {
+    object
+        .oriented_box
+        .with_rim(priors.reach(&object.label))
+        .is_ok_and(|around| around.contains(observation.centroid))
 }

@@ -164,11 +164,19 @@ pub struct SizePriors {
     priors: Vec<SizePrior>,
 }
 
+/// How far a part of a thing of unknown size may be from the rest, metres.
+const USUAL_REACH: f64 = 0.3;
+
 impl SizePriors {
     /// The prior of a label; `None` for an unknown label.
     pub fn of(&self, label: &str) -> Option<&SizePrior> {
         let place = self.priors.binary_search_by(|prior| prior.label.as_str().cmp(label)).ok()?;
         self.priors.get(place)
+    }
+
+    /// How far a part of a thing of a label may usually be from the rest, metres.
+    pub(crate) fn reach(&self, label: &str) -> f64 {
+        self.of(label).map_or(USUAL_REACH, |prior| prior.width.typical)
     }
 
     /// Whether a thing of a label, seen in part, may have these dimensions, metres: those that its prior

@@ -24,17 +24,18 @@ impl KeyView {
         })
     }
 
-    /// Whether a place of the world is beyond a side of the detector's box that is an end of the thing.
-    fn excludes(&self, camera_from_world: Pose, place: [f64; 3]) -> bool {
-        let Some([u, v]) = self.camera.project(camera_from_world.transform_point(place)) else {
-            return false;
-        };
+    /// Whether a place of the world is beyond a side of the detector's box that is an end of the thing, by more
+    /// than a share of the box; `None` when it is not before the camera.
+    fn excludes(&self, camera_from_world: Pose, place: [f64; 3], margin: f64) -> Option<bool> {
+        let [u, v] = self.camera.project(camera_from_world.transform_point(place))?;
         let own = &self.bounding_box;
+        let [x, y] = [own.width(), own.height()].map(|side| margin * f64::from(side));
         let [left, top, right, bottom] = self.completeness.sides().map(|side| side == SideView::Whole);
-        (left && u < own.x_min().into())
-            || (top && v < own.y_min().into())
-            || (right && u > own.x_max().into())
-            || (bottom && v > own.y_max().into())
+        let is_beyond = (left && u < f64::from(own.x_min()) - x)
+            || (top && v < f64::from(own.y_min()) - y)
+            || (right && u > f64::from(own.x_max()) + x)
+            || (bottom && v > f64::from(own.y_max()) + y);
+        Some(is_beyond)
     }
 
     /// Whether it fits one shape clearly better than another.
@@ -65,6 +66,9 @@ pub(crate) struct KeyViews {
 
 /// Most views kept for an object; new parameters are judged by them.
 const MAX_KEY_VIEWS: usize = 12;
+/// How far beyond a side of a detector's box a place must be to be none of the thing, as a share of the box. A lower
+/// value cuts things by the detector's jitter, a higher one leaves them what stands beside them.
+const BEYOND: f64 = 0.05;
 
 impl KeyViews {
     /// Whether its numbers are plausible; a damaged file may hold others.
@@ -134,7 +138,22 @@ impl KeyViews {
     /// Whether the last observation excludes that a place is the thing's: it lies beyond an end of its outline.
     pub(crate) fn newest_excludes(&self) -> impl Fn([f64; 3]) -> bool + use<> {
         let view = self.newest.map(|view| (view, view.world_from_camera.inverse()));
-        move |place| view.is_some_and(|(view, camera_from_world)| view.excludes(camera_from_world, place))
+        move |place| {
+            view.and_then(|(view, camera_from_world)| view.excludes(camera_from_world, place, 0.0))
+                == Some(true)
+        }
+    }
+
+    /// Whether most of the views exclude that a place is the thing's: the box of a bottle from the one side holds
+    /// the cup behind it, from others it does not.
+    pub(crate) fn most_exclude(&self) -> impl Fn([f64; 3]) -> bool + use<> {
+        let views: Vec<_> = self.views.iter().map(|view| (*view, view.world_from_camera.inverse())).collect();
+        move |place| {
+            let answers = views.iter().filter_map(|(view, inverse)| view.excludes(*inverse, place, BEYOND));
+            let (excluded, all) =
+                answers.fold((0, 0), |(excluded, all), own| (excluded + u32::from(own), all + 1));
+            2 * excluded > all
+        }
     }
 
     /// Drops the views that fit the new shape of a thing that has moved clearly worse than the old one: they
@@ -172,5 +191,50 @@ impl KeyViews {
     fn mean(&self, iou: impl Fn(&KeyView) -> f64) -> Option<f64> {
         let sum: f64 = self.views.iter().map(iou).sum();
         (!self.views.is_empty()).then(|| sum / self.views.len() as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A view along z from the origin whose detection is around u = 100 to 200, v = 100 to 200.
+    fn view(completeness: Completeness) -> KeyView {
+        KeyView {
+            camera: PinholeCamera::new(640, 480, 500.0, 500.0, 150.0, 150.0).unwrap(),
+            world_from_camera: Pose::identity(),
+            bounding_box: BoundingBox::new(100.0, 100.0, 200.0, 200.0).unwrap(),
+            completeness,
+        }
+    }
+
+    fn views(all: impl IntoIterator<Item = KeyView>) -> KeyViews {
+        let mut views = KeyViews::default();
+        all.into_iter().for_each(|view| views.add(view, FULL));
+        views
+    }
+
+    #[test]
+    fn what_most_boxes_do_not_hold_is_none_of_the_thing() {
+        let whole = view(Completeness::default());
+        let elsewhere =
+            KeyView { world_from_camera: Pose::new([0.1, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap(), ..whole };
+        // At a depth of 1 m, the box reaches 10 cm to each side; the second camera is 10 cm to the right.
+        let excludes = views([whole, elsewhere, elsewhere]).most_exclude();
+        assert!(excludes([-0.08, 0.0, 1.0]) && excludes([0.25, 0.0, 1.0]));
+        assert!(!excludes([0.08, 0.0, 1.0]) && !excludes([0.18, 0.0, 1.0]));
+        let excludes = views([whole, whole, elsewhere]).most_exclude();
+        assert!(!excludes([-0.08, 0.0, 1.0]) && excludes([0.18, 0.0, 1.0]));
+        // The detector's jitter.
+        assert!(!excludes([-0.108, 0.0, 1.0]) && excludes([-0.112, 0.0, 1.0]));
+    }
+
+    #[test]
+    fn views_exclude_nothing_beyond_a_side_that_something_hides_or_behind_the_camera() {
+        let hidden = Completeness { left: SideView::Occluder, ..Completeness::default() };
+        let excludes = views([view(hidden)]).most_exclude();
+        assert!(!excludes([-0.3, 0.0, 1.0]) && excludes([0.3, 0.0, 1.0]));
+        assert!(!excludes([0.3, 0.0, -1.0]));
+        assert!(!KeyViews::default().most_exclude()([0.0, 0.0, 1.0]));
     }
 }

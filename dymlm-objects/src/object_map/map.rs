@@ -83,6 +83,12 @@ impl ObjectMap {
         self.objects.iter().map(Arc::as_ref)
     }
 
+    /// The confirmed ones of some objects.
+    pub(crate) fn confirmed(&self, births: &[Birth]) -> impl Iterator<Item = &MapObject> {
+        let objects = births.iter().filter_map(|&birth| self.born(birth));
+        objects.filter(|object| object.state == ObjectState::Confirmed)
+    }
+
     /// The object of a birth.
     pub(crate) fn born(&self, birth: Birth) -> Option<&MapObject> {
         self.place(birth).and_then(|place| self.objects.get(place)).map(Arc::as_ref)

@@ -66,11 +66,17 @@ impl Completion<'_> {
         let grown = widen(own, across, hidden, usual.across, self.walls);
         let is_away = dot(axes[depth], mean_view) > 0.0;
         let away = |own: &OrientedBox| widen(own, depth, [!is_away, is_away], usual.depth, self.walls);
-        if !self.has_flat_parts {
-            return away(&grown);
+        let wide = if self.has_flat_parts {
+            let aside = |ends: [bool; 2]| widen(&grown, across, ends, usual.across, self.walls);
+            self.better(self.better(grown, aside([true, false])), aside([false, true]))
+        } else {
+            grown
+        };
+        // What is higher everywhere than what hides its foot would have been seen before it.
+        let is_foot_hidden = is_upright && is_hidden(own, axes[2].map(|c| -c), self.views);
+        if !(self.has_flat_parts || is_foot_hidden) {
+            return away(&wide);
         }
-        let aside = |ends: [bool; 2]| widen(&grown, across, ends, usual.across, self.walls);
-        let wide = self.better(self.better(grown, aside([true, false])), aside([false, true]));
         let near = widen(&wide, depth, [is_away, !is_away], usual.depth, self.walls);
         self.better(away(&wide), near)
     }
@@ -361,6 +367,19 @@ mod tests {
         let (back, whole) = (box_of([0.5, 0.05, 0.9]), box_at([0.0, -0.2, 0.0], [0.5, 0.45, 0.9]));
         let completed = complete("chair", back, whole, Completeness::default(), &[]);
         assert!(completed.center()[1] > 0.1, "{:?}", completed.center());
+    }
+
+    /// The seat may be under the table that hides the foot.
+    #[test]
+    fn a_chair_with_a_hidden_foot_lies_where_the_views_show_it() {
+        let back = box_of([0.5, 0.05, 0.9]);
+        let center = |shown: OrientedBox| {
+            let hidden = Completeness { bottom: SideView::Occluder, ..Completeness::default() };
+            complete("chair", back, shown, hidden, &[]).center()[1]
+        };
+        let nearer = center(box_at([0.0, -0.25, 0.0], [0.5, 0.55, 0.9]));
+        let farther = center(box_at([0.0, 0.25, 0.0], [0.5, 0.55, 0.9]));
+        assert!(nearer < -0.2 && farther > 0.2, "{nearer} {farther}");
     }
 
     #[test]

@@ -1,3 +1,4 @@
+use dymlm_core::vector3::along;
 use dymlm_core::{ConfigError, Plane, Point};
 use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};
 
@@ -35,19 +36,23 @@ impl OutlierFilter {
 
     /// Writes the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting
     /// plane in the same frame; points up to `tolerance` metres above it are the plane's. `share` is the
-    /// share of the upper quartile of the voxels' observations that a voxel needs to count.
+    /// share of the upper quartile of the voxels' observations that a voxel needs to count, and places for which
+    /// `is_excluded` holds (world) are not the object's.
     pub(super) fn choose(
         &mut self,
         cloud: &ObjectCloud,
         plane: Option<&Plane>,
         tolerance: f64,
         share: f64,
+        is_excluded: impl Fn([f64; 3]) -> bool,
         points: &mut Vec<Point>,
     ) {
         let least = self.least_observations(cloud, share);
+        let is_other = |place: [f64; 3]| is_excluded(along(place, 1.0, cloud.origin()));
         let stands = |place: [f64; 3]| plane.is_none_or(|plane| plane.signed_distance(place) > tolerance);
         points.clear();
-        let chosen = cloud.points().filter(|&(place, count)| count >= least && stands(place));
+        let chosen =
+            cloud.points().filter(|&(place, count)| count >= least && stands(place) && !is_other(place));
         points.extend(chosen.map(|(place, _)| place.map(|c| c as f32)));
         if points.len() >= MIN_FOREST_VOXELS {
             self.isolate(points);

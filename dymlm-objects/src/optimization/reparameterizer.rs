@@ -207,7 +207,7 @@ impl Reparameterizer {
         // A flat thing is at its plane's height, and the parts of the plane that were taken for it differ
         // from view to view.
         let plane = plane.filter(|_| object.relief() == Relief::Raised);
-        outliers.choose(&object.cloud, plane, FOOT, VOXEL_SHARE, points);
+        outliers.choose(&object.cloud, plane, FOOT, VOXEL_SHARE, object.key_views.most_exclude(), points);
     }
 }
 

@@ -9,6 +9,7 @@ mod ground;
 mod object_cluster;
 mod observation;
 mod parameterizer;
+mod rival;
 mod vertical;
 
 pub use box_fitter::{BoxAxes, BoxFit, BoxFitter, BoxFitterConfig};
@@ -17,6 +18,7 @@ pub use completeness::{Completeness, SideView};
 pub use config::ParameterizationConfig;
 pub use observation::{ObjectObservation, Relief};
 pub(crate) use parameterizer::Parameterizer;
+pub(crate) use rival::Rival;
 pub(crate) use vertical::Vertical;
 #[cfg(feature = "state")]
 pub(crate) use vertical::VerticalVotes;

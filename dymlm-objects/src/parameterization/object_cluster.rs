@@ -1,6 +1,7 @@
 use dymlm_core::{BoundingBox, ConfigError};
 use dymlm_geometry::{BoxCluster, BoxSegmenter, BoxView, NO_SAMPLE, SampleGrid, SegmentationConfig};
 
+use super::Rival;
 use crate::SizePrior;
 
 /// Finds the samples of a box that belong to the object.
@@ -30,6 +31,8 @@ pub(super) struct ClusterSearch<'a> {
     pub(super) prior: Option<&'a SizePrior>,
     /// Largest distance in depth of the object's parts from its main cluster, metres.
     pub(super) reach: f32,
+    /// Other things in the box.
+    pub(super) rivals: Vec<Rival<'a>>,
 }
 
 impl ClusterSearch<'_> {
@@ -46,6 +49,9 @@ impl ClusterSearch<'_> {
         if mover.is_some_and(|mover| !self.may_be_beside_mover(cluster.depth - mover)) {
             return 0.0;
         }
+        if self.shows_rival(grid, cluster) {
+            return 0.0;
+        }
         let share = cluster.outside_share() / CONTAINED;
         let containment = 1.0 / (1.0 + share * share);
         let span = cluster.bounds(grid).map_or(0.0, |own| own.iou(&self.bounding_box) as f32);
@@ -53,8 +59,15 @@ impl ClusterSearch<'_> {
     }
 
     /// Whether a cluster is a part of the object whose main cluster is `main`.
-    fn is_part(&self, main: &BoxCluster, cluster: &BoxCluster) -> bool {
-        cluster.inside > 0 && is_contained(cluster) && (cluster.depth - main.depth).abs() <= self.reach
+    fn is_part(&self, grid: &SampleGrid, main: &BoxCluster, cluster: &BoxCluster) -> bool {
+        let is_near = (cluster.depth - main.depth).abs() <= self.reach;
+        cluster.inside > 0 && is_contained(cluster) && is_near && !self.shows_rival(grid, cluster)
+    }
+
+    /// Whether a cluster is another thing.
+    fn shows_rival(&self, grid: &SampleGrid, cluster: &BoxCluster) -> bool {
+        let Some(bounds) = cluster.bounds(grid) else { return false };
+        self.rivals.iter().any(|rival| rival.is_shown_by(cluster, &bounds, &self.bounding_box))
     }
 }
 
@@ -112,7 +125,7 @@ impl ObjectCluster {
     fn keep(&mut self, grid: &SampleGrid, chosen: usize, search: &ClusterSearch<'_>) {
         let clusters = self.segmenter.clusters();
         let Some(main) = clusters.get(chosen) else { return };
-        let is_part = |index, cluster| index == chosen || search.is_part(main, cluster);
+        let is_part = |index, cluster| index == chosen || search.is_part(grid, main, cluster);
         self.is_part.clear();
         self.is_part.extend(clusters.iter().enumerate().map(|(index, cluster)| is_part(index, cluster)));
         for (index, cluster) in self.segmenter.members().filter(|&(_, cluster)| self.is_part[cluster]) {

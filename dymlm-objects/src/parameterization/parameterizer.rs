@@ -6,7 +6,7 @@ use super::completeness::Surroundings;
 use super::flat_thing::FlatThing;
 use super::ground::Ground;
 use super::object_cluster::{ClusterSearch, ObjectCluster};
-use super::{Completeness, ObjectObservation, ParameterizationConfig, Relief, SideView};
+use super::{Completeness, ObjectObservation, ParameterizationConfig, Relief, Rival, SideView};
 use crate::{BoxFitterConfig, ObjectView, SizePriors, SupportPlane, SupportingPlanes};
 
 /// From detections to boxes in space: the paper's object parameterization (section IV-A).
@@ -35,8 +35,6 @@ const MIN_SAMPLES: usize = 12;
 /// Least share of the box's grid cells, with or without a reading, that must be the object, 0..=1: less is a
 /// remainder of something else.
 const MIN_FILL: f32 = 0.04;
-/// Largest distance in depth of a part from its object when the size of such things is not known, metres.
-const USUAL_REACH: f64 = 0.3;
 /// Intersection over union of the found samples with the detector's box from which on the box is explained.
 const FILLED: f64 = 0.5;
 
@@ -71,21 +69,43 @@ impl Parameterizer {
 
     /// Adds to `observations` the detections of a frame in whose box a thing is found. `vertical`, a unit
     /// vector of the world, is the third axis of things without a known supporting plane; without it,
-    /// principal axes are used.
+    /// principal axes are used. `mapped` are the confirmed objects that the frame may show.
     pub(crate) fn parameterize(
         &mut self,
         view: &ObjectView<'_>,
         planes: &dyn SupportingPlanes,
         vertical: Option<[f64; 3]>,
+        mapped: &[Rival<'_>],
         priors: &SizePriors,
         observations: &mut Vec<ObjectObservation>,
     ) {
         self.resting_normals.clear();
         for (index, detection) in view.detections().iter().enumerate() {
-            if detection.score() >= self.config.min_score && !view.is_mover(detection) {
-                observations.extend(self.observe(view, index, detection, planes, vertical, priors));
+            if self.is_asked(view, detection) {
+                let search = ClusterSearch {
+                    bounding_box: detection.bounding_box(),
+                    is_seat: self.config.seats.iter().any(|seat| seat == detection.label()),
+                    prior: priors.of(detection.label()),
+                    reach: priors.reach(detection.label()) as f32,
+                    rivals: self.rivals(view, detection, mapped),
+                };
+                observations.extend(self.observe(view, index, detection, planes, vertical, &search));
             }
         }
+    }
+
+    /// Whether a detection is of a thing that is mapped.
+    pub(crate) fn is_asked(&self, view: &ObjectView<'_>, detection: &Detection) -> bool {
+        detection.score() >= self.config.min_score && !view.is_mover(detection)
+    }
+
+    /// The things of other labels in the box of a detection. Of two things of one label, the box of the one that is
+    /// behind may fit parts of the one before it.
+    fn rivals<'a>(&self, view: &ObjectView<'a>, own: &Detection, mapped: &[Rival<'a>]) -> Vec<Rival<'a>> {
+        let detected = view.detections().iter().filter(|other| self.is_asked(view, other));
+        let detected = detected.map(Rival::detected);
+        let others = detected.chain(mapped.iter().copied()).filter(|rival| rival.label != own.label());
+        others.filter_map(|rival| rival.within(&own.bounding_box())).collect()
     }
 
     /// The normal, in the world, of the plane on which what a detection of the last frame shows rests, level
@@ -102,30 +122,22 @@ impl Parameterizer {
         detection: &Detection,
         planes: &dyn SupportingPlanes,
         vertical: Option<[f64; 3]>,
-        priors: &SizePriors,
+        search: &ClusterSearch<'_>,
     ) -> Option<ObjectObservation> {
-        let prior = priors.of(detection.label());
         let box_view = BoxView::new(view.frame, &self.sensor, detection.bounding_box())
             .with_static_mask(view.static_mask)
             .with_instance_mask(detection.mask());
         self.cluster.sample(&box_view, &mut self.window);
         self.ground.find(&self.window, planes, vertical, &view.world_from_camera);
-        let reach = prior.map_or(USUAL_REACH, |prior| prior.width.typical);
-        let search = ClusterSearch {
-            bounding_box: detection.bounding_box(),
-            is_seat: self.config.seats.iter().any(|seat| seat == detection.label()),
-            prior,
-            reach: reach as f32,
-        };
-        let mut finding = self.find_raised(view, &search, vertical);
+        let mut finding = self.find_raised(view, search, vertical);
         let resting_normal = self.ground.resting_normal(&members(&self.window, &self.cluster));
         self.resting_normals.extend(resting_normal.map(|normal| (index, normal)));
         if let (None, Some(vertical)) = (finding.support, vertical)
             && self.ground.find_level_patches(&self.window, vertical, &view.world_from_camera) > 0
         {
-            finding = self.find_raised(view, &search, Some(vertical));
+            finding = self.find_raised(view, search, Some(vertical));
         }
-        if let Some(flat) = self.find_flat(view, &search) {
+        if let Some(flat) = self.find_flat(view, search) {
             finding = flat;
         }
         self.describe(view, index, detection, &finding, vertical)

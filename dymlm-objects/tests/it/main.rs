@@ -9,6 +9,7 @@ mod config;
 mod in_space;
 mod mapper;
 mod moved_object;
+mod occluded;
 mod outlines;
 mod parameterizer;
 mod sequences;
