@@ -187,8 +187,8 @@ impl Associator {
     }
 }
 
-/// Whether an observation is where an object's parts may be. What moves with an object in the image, but is not,
-/// was found before or behind it.
+/// Whether an observation is where an object's parts may be. What moves with an object in the image, but is
+/// not, was found before or behind it.
 fn is_in_reach(observation: &ObjectObservation, object: &MapObject, priors: &SizePriors) -> bool {
     object
         .oriented_box

@@ -24,8 +24,8 @@ impl KeyView {
         })
     }
 
-    /// Whether a place of the world is beyond a side of the detector's box that is an end of the thing, by more
-    /// than a share of the box; `None` when it is not before the camera.
+    /// Whether a place of the world is beyond a side of the detector's box that is an end of the thing, by
+    /// more than a share of the box; `None` when it is not before the camera.
     fn excludes(&self, camera_from_world: Pose, place: [f64; 3], margin: f64) -> Option<bool> {
         let [u, v] = self.camera.project(camera_from_world.transform_point(place))?;
         let own = &self.bounding_box;
@@ -66,8 +66,8 @@ pub(crate) struct KeyViews {
 
 /// Most views kept for an object; new parameters are judged by them.
 const MAX_KEY_VIEWS: usize = 12;
-/// How far beyond a side of a detector's box a place must be to be none of the thing, as a share of the box. A lower
-/// value cuts things by the detector's jitter, a higher one leaves them what stands beside them.
+/// How far beyond a side of a detector's box a place must be to be none of the thing, as a share of the box.
+/// A lower value cuts things by the detector's jitter, a higher one leaves them what stands beside them.
 const BEYOND: f64 = 0.05;
 
 impl KeyViews {
@@ -144,8 +144,8 @@ impl KeyViews {
         }
     }
 
-    /// Whether most of the views exclude that a place is the thing's: the box of a bottle from the one side holds
-    /// the cup behind it, from others it does not.
+    /// Whether most of the views exclude that a place is the thing's: the box of a bottle from the one side
+    /// holds the cup behind it, from others it does not.
     pub(crate) fn most_exclude(&self) -> impl Fn([f64; 3]) -> bool + use<> {
         let views: Vec<_> = self.views.iter().map(|view| (*view, view.world_from_camera.inverse())).collect();
         move |place| {

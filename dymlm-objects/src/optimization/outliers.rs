@@ -36,8 +36,8 @@ impl OutlierFilter {
 
     /// Writes the object's points, relative to the cloud's origin, into `points`. `plane` is the supporting
     /// plane in the same frame; points up to `tolerance` metres above it are the plane's. `share` is the
-    /// share of the upper quartile of the voxels' observations that a voxel needs to count, and places for which
-    /// `is_excluded` holds (world) are not the object's.
+    /// share of the upper quartile of the voxels' observations that a voxel needs to count, and places for
+    /// which `is_excluded` holds (world) are not the object's.
     pub(super) fn choose(
         &mut self,
         cloud: &ObjectCloud,

@@ -99,8 +99,8 @@ impl Parameterizer {
         detection.score() >= self.config.min_score && !view.is_mover(detection)
     }
 
-    /// The things of other labels in the box of a detection. Of two things of one label, the box of the one that is
-    /// behind may fit parts of the one before it.
+    /// The things of other labels in the box of a detection. Of two things of one label, the box of the one
+    /// that is behind may fit parts of the one before it.
     fn rivals<'a>(&self, view: &ObjectView<'a>, own: &Detection, mapped: &[Rival<'a>]) -> Vec<Rival<'a>> {
         let detected = view.detections().iter().filter(|other| self.is_asked(view, other));
         let detected = detected.map(Rival::detected);

@@ -4,11 +4,11 @@ use dymlm_geometry::BoxCluster;
 
 use crate::{MapObject, ObjectView};
 
-/// Another thing in the image that a cluster in a detection's box may show: what another detection means, or a
-/// confirmed object of the map.
+/// Another thing in the image that a cluster in a detection's box may show: what another detection means, or
+/// a confirmed object of the map.
 ///
-/// The box of a chair behind a table holds the laptop and the bottles on the table. They are nearer, and often
-/// fill more of the box than the back of the chair does.
+/// The box of a chair behind a table holds the laptop and the bottles on the table. They are nearer, and
+/// often fill more of the box than the back of the chair does.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rival<'a> {
     pub(crate) label: &'a str,
@@ -18,16 +18,16 @@ pub(crate) struct Rival<'a> {
     pub(crate) depths: Option<[f32; 2]>,
 }
 
-/// Greatest share of a detection's box that a rival covers. One that covers more may be the same thing, detected
-/// twice or mapped with another label. A lower value lets large things on a table be taken for what is behind it, a
-/// higher one leaves nothing in the box of a thing that was detected twice.
+/// Greatest share of a detection's box that a rival covers. One that covers more may be the same thing,
+/// detected twice or mapped with another label. A lower value lets large things on a table be taken for what
+/// is behind it, a higher one leaves nothing in the box of a thing that was detected twice.
 const MOST_COVERED: f64 = 0.5;
-
-/// Least intersection over union of a cluster's bounds with a rival's part of the box for the cluster to show it. A
-/// lower value takes the arm of a chair for the chair beside it, a higher one leaves what something else cuts off.
+/// Least intersection over union of a cluster's bounds with a rival's part of the box for the cluster to show
+/// it. A lower value takes the arm of a chair for the chair beside it, a higher one leaves what something
+/// else cuts off.
 const FITS: f64 = 0.5;
-/// How many times as well as the detection's own box the rival's part of it must fit. At 1 the detector's jitter decides
-/// between two detections of one thing.
+/// How many times as well as the detection's own box the rival's part of it must fit. At 1 the detector's
+/// jitter decides between two detections of one thing.
 const CLEARLY: f64 = 1.5;
 
 impl<'a> Rival<'a> {

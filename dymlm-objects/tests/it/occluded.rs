@@ -83,7 +83,8 @@ fn a_chair_behind_a_table_is_not_what_stands_on_the_table() {
     assert!(found[0].center()[1] > 2.2, "{found:?}");
 }
 
-/// At first, something nearer was taken for the chair. Its box in the image goes on to move as the chair's does.
+/// At first, something nearer was taken for the chair. Its box in the image goes on to move as the chair's
+/// does.
 #[test]
 fn what_is_far_behind_an_object_is_none_of_it() {
     let chair = upright([0.0, 3.5, 0.45], 0.0, [0.5, 0.5, 0.9]);
