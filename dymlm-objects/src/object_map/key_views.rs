@@ -138,10 +138,7 @@ impl KeyViews {
     /// Whether the last observation excludes that a place is the thing's: it lies beyond an end of its outline.
     pub(crate) fn newest_excludes(&self) -> impl Fn([f64; 3]) -> bool + use<> {
         let view = self.newest.map(|view| (view, view.world_from_camera.inverse()));
-        move |place| {
-            view.and_then(|(view, camera_from_world)| view.excludes(camera_from_world, place, 0.0))
-                == Some(true)
-        }
+        move |place| view.is_some_and(|(view, inverse)| view.excludes(inverse, place, 0.0) == Some(true))
     }
 
     /// Whether most of the views exclude that a place is the thing's: the box of a bottle from the one side

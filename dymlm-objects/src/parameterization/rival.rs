@@ -48,14 +48,16 @@ impl<'a> Rival<'a> {
 
     /// Its part in a detection's box, where it may be told from the thing that the detection means.
     pub(super) fn within(&self, detected: &BoundingBox) -> Option<Self> {
+        if detected.share_in(&self.bounding_box) >= MOST_COVERED {
+            return None;
+        }
         let sides = [
             self.bounding_box.x_min().max(detected.x_min()),
             self.bounding_box.y_min().max(detected.y_min()),
             self.bounding_box.x_max().min(detected.x_max()),
             self.bounding_box.y_max().min(detected.y_max()),
         ];
-        let bounding_box = BoundingBox::try_from(sides).ok()?;
-        (bounding_box.iou(detected) < MOST_COVERED).then_some(Self { bounding_box, ..*self })
+        BoundingBox::try_from(sides).ok().map(|bounding_box| Self { bounding_box, ..*self })
     }
 
     /// Whether a cluster shows this thing rather than the one of the detection's box.

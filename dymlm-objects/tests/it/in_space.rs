@@ -1,5 +1,5 @@
 //! What one object is, is decided in space: through walls, from other sides, at any attitude and rate.
-use crate::common::{Scene, looking_at, mapper, upright};
+use crate::common::{Scene, looking_at, mapper, near, upright};
 use dymlm_core::{Frame, ObjectId, Plane, PlaneId, Pose, SensorModel};
 use dymlm_geometry::OrientedBox;
 use dymlm_objects::{
@@ -51,13 +51,6 @@ fn show(
 
 fn boxes(mapper: &ObjectMapper) -> Vec<OrientedBox> {
     mapper.map().objects().map(MapObject::oriented_box).collect()
-}
-
-/// A hand-held camera around a place.
-fn near(place: [f64; 3], step: usize, target: [f64; 3]) -> Pose {
-    let phase = 0.4 * step as f64;
-    let place = [place[0] + 0.12 * phase.sin(), place[1], place[2] + 0.05 * phase.cos()];
-    looking_at(place, target, 0.0)
 }
 
 /// A chair behind a wall and one before it, in one line of sight, each seen from its own room. No

@@ -4,7 +4,7 @@ use dymlm_geometry::OrientedBox;
 use dymlm_objects::{MapObject, ObjectMapper, ObjectView, SupportPlane, SupportingPlanes};
 use dymlm_test_support::Rectangle;
 
-use crate::common::{Scene, looking_at, mapper, upright};
+use crate::common::{Scene, mapper, near, upright};
 
 /// The top of the table.
 const TOP: f64 = 0.75;
@@ -36,13 +36,6 @@ fn table() -> OrientedBox {
 fn room(boxes: Vec<OrientedBox>) -> Scene {
     let floor = Rectangle::level([0.0; 3], 50.0, 50.0);
     Scene::with_rectangles(boxes, vec![floor, Rectangle::upright([0.0, 6.0, 1.5], 50.0, 1.5)])
-}
-
-/// A hand-held camera around a place.
-fn near(place: [f64; 3], step: usize, target: [f64; 3]) -> Pose {
-    let phase = 0.4 * step as f64;
-    let place = [place[0] + 0.12 * phase.sin(), place[1], place[2] + 0.05 * phase.cos()];
-    looking_at(place, target, 0.0)
 }
 
 /// Where a thing would appear if nothing were before it, as detectors guess.

@@ -40,6 +40,13 @@ pub(crate) fn looking_at(place: [f64; 3], target: [f64; 3], roll: f64) -> Pose {
     Pose::from_rotation_matrix([0, 1, 2].map(|k| [x[k], y[k], forward[k]]), place).unwrap()
 }
 
+/// A hand-held camera around a place.
+pub(crate) fn near(place: [f64; 3], step: usize, target: [f64; 3]) -> Pose {
+    let phase = 0.4 * step as f64;
+    let place = [place[0] + 0.12 * phase.sin(), place[1], place[2] + 0.05 * phase.cos()];
+    looking_at(place, target, 0.0)
+}
+
 /// A camera at a place that looks along y and down by an angle.
 pub(crate) fn looking(place: [f64; 3], down: f64) -> Pose {
     let (sin, cos) = down.sin_cos();
