@@ -75,8 +75,8 @@ impl Octree {
     }
 
     /// The paper's plain conversion: every cell that holds points of a cloud of static points is hit once,
-    /// and is occupied. Nothing is free. With [`OctreeConfig::color`] a leaf has the mean colour of its
-    /// points.
+    /// and is occupied. Nothing is free. With [`OctreeConfig::color`] a cell has the mean colour of its
+    /// points, and a larger leaf that of its cells.
     ///
     /// Points that are not finite or outside the map are skipped.
     ///

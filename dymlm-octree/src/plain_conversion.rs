@@ -14,10 +14,11 @@ impl Octree {
         for &key in &keys {
             self.tree.change_cell(key, |_| Some(occupied));
         }
-        self.tree.settle();
+        // Before equal cells become one leaf: it has the mean of their colours.
         if let (Some(colors), true) = (cloud.colors(), self.tree.has_colors()) {
             self.color_points(cloud, colors);
         }
+        self.tree.settle();
     }
 
     fn color_points(&mut self, cloud: &PointCloud, colors: &[Rgb]) {

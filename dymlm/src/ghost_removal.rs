@@ -10,6 +10,9 @@ use crate::supporting_planes::MappedPlanes;
 const INTERVAL: f64 = 1.0;
 /// A plane or an object is removed when more than this share of its places that were read is free space.
 const FREE_SHARE: f64 = 0.5;
+/// Cells of the evidence that reach into a cell of the octree by less than this share of theirs only touch it:
+/// it is rounding.
+const TOUCHING: f64 = 1e-6;
 
 /// When the maps were last compared with the evidence.
 #[derive(Debug, Clone)]
@@ -95,7 +98,9 @@ impl MultiLevelMap {
 fn is_ghost_cell(verdicts: &Verdicts<'_>, center: [f64; 3], half: f64) -> bool {
     let side = verdicts.cell_size();
     let [x, y, z] = center.map(|c| {
-        let (first, last) = (((c - half) / side).floor() as i64, ((c + half) / side).floor() as i64);
+        // What only touches the cube is none of it.
+        let (first, end) = ((c - half) / side + TOUCHING, (c + half) / side - TOUCHING);
+        let (first, last) = (first.floor() as i64, end.floor() as i64);
         (first..=last).map(move |cell| (cell as f64 + 0.5) * side)
     });
     let mut holds_ghost = false;

@@ -146,6 +146,8 @@ impl DistanceField {
                 gradient[axis] += if side[axis] == 1 { across * value } else { -across * value };
             }
         }
+        // Distances are kept in single precision, which may round the greatest one up.
+        let distance = distance.min(self.max_distance);
         Some(Clearance { distance, gradient: gradient.map(|c| c / self.resolution) })
     }
 

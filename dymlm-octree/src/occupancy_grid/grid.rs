@@ -83,8 +83,9 @@ impl OccupancyGrid {
         }
         let count = cell_count(place)?;
         let [old_width, width] = [self.width(), place.size()[0] as usize];
-        // The first index of an empty grid means nothing.
-        let [x, y] = [0, 1].map(|axis| (self.place.first[axis] - place.first[axis]).max(0) as usize);
+        // The first index of an empty grid means nothing, and may be any number.
+        let [old, new] = [self.place.first, place.first];
+        let [x, y] = [0, 1].map(|axis| old[axis].saturating_sub(new[axis]).max(0) as usize);
         self.cells = moved(&self.cells, old_width, CellState::Unknown, count, width, [x, y]);
         if let Heights::ByCell { ranges, .. } = &mut self.heights {
             *ranges = moved(ranges, old_width, NO_HEIGHTS, count, width, [x, y]);

@@ -50,6 +50,16 @@ impl Block {
         }
     }
 
+    /// Whether one observation of each chosen cell leaves all of them as they are, since their values have
+    /// reached the model's limits.
+    pub(super) fn is_unmoved_by(&self, misses: &Bits, hits: &Bits, model: &OccupancyModel) -> bool {
+        let is_unmoved = |cells: &Bits, update: f32| {
+            let are_known = cells.iter().zip(&self.known).all(|(cells, known)| cells & !known == 0);
+            are_known && self.cells.all(cells, |value| model.updated(value, update) == value)
+        };
+        is_unmoved(misses, model.miss) && is_unmoved(hits, model.hit)
+    }
+
     /// Adds one observation to each chosen cell. `max` is left to [`Self::refresh`].
     pub(super) fn observe(&mut self, misses: &Bits, hits: &Bits, model: &OccupancyModel) {
         self.add(misses, model.miss, model);

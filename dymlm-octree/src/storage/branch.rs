@@ -165,12 +165,21 @@ impl Branch {
         self.max = max;
     }
 
-    /// Settles all nodes below, then the branch. At most five levels deep.
+    /// Settles all nodes below that may have changed, then the branch. At most five levels deep.
     pub(super) fn settle_all(&mut self) {
         let children = self.children;
         for_each_bit(&children, |entry| match &mut self.entries[entry] {
-            Entry::Block(block) => Arc::make_mut(block).refresh(),
-            Entry::Branch(branch) => Arc::make_mut(branch).settle_all(),
+            // A node that a clone of the map shares has not changed since it was settled.
+            Entry::Block(block) => {
+                if let Some(block) = Arc::get_mut(block) {
+                    block.refresh();
+                }
+            }
+            Entry::Branch(branch) => {
+                if let Some(branch) = Arc::get_mut(branch) {
+                    branch.settle_all();
+                }
+            }
             Entry::Unknown | Entry::Leaf(_) => {}
         });
         self.settle();

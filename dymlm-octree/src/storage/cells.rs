@@ -69,6 +69,25 @@ impl Cells {
         }
     }
 
+    /// Whether `holds` for the value of each chosen cell; of all of them something is known.
+    pub(super) fn all(&self, cells: &Bits, holds: impl Fn(f32) -> bool) -> bool {
+        match self {
+            Self::Few(table) => table.all(cells, holds),
+            Self::Many(values) => {
+                let in_word = |mut word: u64, values: &[f32; 64]| loop {
+                    if word == 0 {
+                        return true;
+                    }
+                    if !holds(values[word.trailing_zeros() as usize]) {
+                        return false;
+                    }
+                    word &= word - 1;
+                };
+                cells.iter().zip(values.as_chunks().0).all(|(&word, values)| in_word(word, values))
+            }
+        }
+    }
+
     /// Whether all of these cells, of which something is known, have the same value.
     #[inline]
     pub(super) fn all_same(&self, mut cells: std::ops::Range<usize>) -> bool {
@@ -172,6 +191,30 @@ impl Table {
                 rest &= rest - 1;
             }
         }
+    }
+
+    /// Whether `holds` for the value of each chosen cell; of all of them something is known.
+    fn all(&self, cells: &Bits, holds: impl Fn(f32) -> bool) -> bool {
+        let mut held = [false; PLACES + 1];
+        for (held, &value) in held[1..].iter_mut().zip(&self.values) {
+            *held = holds(value);
+        }
+        let in_word = |word: u64, places: &[u8; 64]| {
+            if word == u64::MAX
+                && let Some(place) = common_place(places)
+            {
+                return held[usize::from(place)];
+            }
+            let mut rest = word;
+            while rest != 0 {
+                if !held[usize::from(places[rest.trailing_zeros() as usize])] {
+                    return false;
+                }
+                rest &= rest - 1;
+            }
+            true
+        };
+        cells.iter().zip(self.places.as_chunks().0).all(|(&word, places)| in_word(word, places))
     }
 
     /// Drops unused values when they are the most. Returns the largest of the others.

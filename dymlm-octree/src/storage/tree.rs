@@ -129,11 +129,20 @@ impl Tree {
     pub(crate) fn observe(&mut self, corner: Key, misses: &Bits, hits: &Bits, model: &OccupancyModel) {
         let missed = misses.iter().any(|&word| word != 0);
         let hit = hits.iter().any(|&word| word != 0);
-        let unmoved = |log_odds: f32| {
+        let is_unmoved = |log_odds: f32| {
             (!missed || model.updated(log_odds, model.miss) == log_odds)
                 && (!hit || model.updated(log_odds, model.hit) == log_odds)
         };
-        let Some(block) = self.block_to_change(corner, unmoved) else { return };
+        // What stays as it is stays shared with clones of the map, and is not saved again.
+        let stays = match self.entry(corner, 1) {
+            Entry::Block(block) => block.is_unmoved_by(misses, hits, model),
+            Entry::Leaf(log_odds) => is_unmoved(*log_odds),
+            Entry::Unknown | Entry::Branch(_) => false,
+        };
+        if stays {
+            return;
+        }
+        let Some(block) = self.block_to_change(corner) else { return };
         block.observe(misses, hits, model);
         block.refresh();
         self.touch(corner);
@@ -146,7 +155,7 @@ impl Tree {
         if new == old {
             return;
         }
-        let Some(block) = self.block_to_change(key, |_| false) else { return };
+        let Some(block) = self.block_to_change(key) else { return };
         block.set(entry_of(key, 0), new);
         block.refresh();
         self.touch(key);
@@ -176,14 +185,11 @@ impl Tree {
         }
     }
 
-    /// The block around a cell, created if needed; `None` if the cell is part of a leaf that is `unmoved`.
-    fn block_to_change(&mut self, key: Key, unmoved: impl Fn(f32) -> bool) -> Option<&mut Block> {
+    /// The block around a cell, created if needed.
+    fn block_to_change(&mut self, key: Key) -> Option<&mut Block> {
         let mut branch = self.root_mut();
         loop {
             let entry = entry_of(key, branch.level);
-            if matches!(branch.entry(entry), Entry::Leaf(log_odds) if unmoved(*log_odds)) {
-                return None;
-            }
             match branch.parted(entry) {
                 Entry::Branch(below) => branch = Arc::make_mut(below),
                 Entry::Block(block) => return Some(Arc::make_mut(block)),

@@ -221,3 +221,14 @@ fn what_is_no_region_is_refused() {
         assert!((field.at([3277.0; 3]).unwrap().distance - expected).abs() < 1e-6);
     }
 }
+
+/// Regression: single precision rounded it up.
+#[test]
+fn no_distance_exceeds_the_greatest() {
+    let map = Octree::new(OctreeConfig::default()).unwrap();
+    let region = Extent { min: [0.0; 3], max: [0.1; 3] };
+    for max_distance in [0.1, 0.3, 0.7] {
+        let field = map.distance_field(region, max_distance, UnknownCells::Pass).unwrap();
+        assert!(field.at([0.05; 3]).unwrap().distance <= max_distance);
+    }
+}

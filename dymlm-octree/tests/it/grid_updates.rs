@@ -313,3 +313,14 @@ fn the_border_of_the_map_is_shown() {
     assert!(!shown(z, [100.0, 200.0], 0.0, 0.0));
     assert!(shown([0.0, 0.0, -1.0], [1.0, f64::INFINITY], 0.0, 0.0));
 }
+
+/// Regression: the difference of the first indices overflowed.
+#[test]
+fn an_empty_grid_may_grow_anywhere() {
+    let map = Octree::new(config(0.25, 6.0)).unwrap();
+    let nowhere = GridRegion { min: [0.0; 2], max: [0.0; 2] };
+    let far = GridRegion { min: [-1e300, 0.0], max: [-((1_u64 << 63) as f64 - 2048.0) * 0.25, 0.25] };
+    let mut grid = map.project_region([0.0, 0.0, 1.0], 0.0, 1.0, &nowhere).unwrap();
+    grid.update_between(&map, &[], Some(&far), |_| Some([0.0, 1.0])).unwrap();
+    assert_eq!(grid.height(), 1);
+}

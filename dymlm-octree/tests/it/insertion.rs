@@ -369,6 +369,19 @@ fn plain_conversion_hits_each_cell_once() {
     assert!(empty.is_empty());
 }
 
+/// Regression: equal cells had become one leaf before they had their colours, so that its colour was that of
+/// the cells that came last.
+#[test]
+fn a_large_leaf_of_a_converted_cloud_has_the_mean_color() {
+    let cells = || (0..512).map(|cell| [cell % 8, cell / 8 % 8, cell / 64]);
+    let points = cells().map(|cell| cell.map(|c| (c as f32 + 0.5) * 0.1)).collect();
+    let colors = cells().map(|[_, _, z]| if z < 4 { [200, 0, 0] } else { [0, 0, 200] }).collect();
+    let cloud = PointCloud::with_colors(points, colors).unwrap();
+    let map = Octree::from_cloud(&cloud, colored(0.1)).unwrap();
+    assert_eq!(map.counts().leaves, 1);
+    assert_eq!(map.color([0.05; 3]), Some([100, 0, 100]));
+}
+
 /// The square of the offset underflows in single precision: a ray without a length, from one cell into the
 /// next.
 #[test]

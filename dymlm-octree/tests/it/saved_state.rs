@@ -78,3 +78,44 @@ fn an_empty_map_and_one_cell() {
     assert_eq!(loaded.log_odds([1.0, 2.0, 3.0]), Some(1.5));
     assert_eq!(file(&loaded), file(&map));
 }
+
+/// A wall before a scanner, inserted so often that its cells have reached the model's limits.
+fn saturated_wall() -> (Octree, Vec<[f32; 3]>) {
+    let wall: Vec<[f32; 3]> =
+        (0..10_000).map(|i| [3.02, (i % 100) as f32 * 0.05 - 2.5, (i / 100) as f32 * 0.05 - 2.5]).collect();
+    let mut map = Octree::new(config(false)).unwrap();
+    for _ in 0..30 {
+        map.insert_scan([0.01; 3], &wall).unwrap();
+    }
+    (map, wall)
+}
+
+fn changed_parts(map: &Octree, earlier: &Octree) -> usize {
+    saved_parts(|sink| map.save_state(Some(earlier), sink)).len()
+}
+
+/// Regression: a camera at rest copied all blocks in view for each clone, and all of them were saved again.
+#[test]
+fn a_scan_that_changes_nothing_copies_and_saves_nothing() {
+    let (mut map, wall) = saturated_wall();
+    let earlier = map.clone();
+    map.insert_scan([0.01; 3], &wall).unwrap();
+    assert!(map.changes_since(&earlier).is_empty());
+    assert_eq!(changed_parts(&map, &earlier), 0);
+    // What does change is saved.
+    map.insert_scan([0.01; 3], &[[1.5, 0.0, 0.0]]).unwrap();
+    assert!(changed_parts(&map, &earlier) > 0);
+}
+
+/// Regression: merging one cell copied the whole of a map that has a clone.
+#[test]
+fn merging_one_cell_leaves_the_rest_shared() {
+    let (mut map, _) = saturated_wall();
+    let mut other = Octree::new(config(false)).unwrap();
+    other.set_log_odds([3.0, 0.0, 0.0], Some(-1.0));
+    let earlier = map.clone();
+    map.merge(&other).unwrap();
+    assert_eq!(map.changes_since(&earlier).len(), 1);
+    // The group of blocks that the cell is in, and the branches above.
+    assert!(changed_parts(&map, &earlier) < 6);
+}

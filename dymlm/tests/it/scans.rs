@@ -1,7 +1,7 @@
 //! Scans through the facade: OctoMap's leaves, somebody who walked by, frames beside scans, refused scans.
 
 use crate::common::correct_counted;
-use dymlm::cloud::{CloudMap, CloudVoxel, StaticPoints};
+use dymlm::cloud::{CloudMap, CloudVoxel, StaticPoints, Verdict};
 use dymlm::core::{DepthImage, DepthNoise, Frame, FrameId, PinholeCamera, Point, Pose, SplitMix64};
 use dymlm::octree::{CellState, Octree, RayMode};
 use dymlm::{Detections, Error, FrameOutcome, HistoryConfig, MapBuilder, MapConfig, Selection};
@@ -264,4 +264,50 @@ fn a_correction_of_the_last_scans_maps_few_again_to_the_same_bits() {
     again.correct_poses(&moved_from(0)).unwrap();
     again.correct_poses(&moved_from(20)).unwrap();
     assert!(state(&again) == state(&builder));
+}
+
+/// The middle of a cell of .05 m; as wide are the cells of the octree and of the evidence here.
+fn middle([x, y, z]: [i32; 3], mirror: f32) -> Point {
+    let [x, y, z] = [x, y, z].map(|c| ((f64::from(c) + 0.5) * 0.05) as f32);
+    [x, mirror * y, z]
+}
+
+/// A thing before a wall, of which a part (`mirror` times y below .5 m) goes away.
+fn thing_before_a_wall(is_whole: bool, mirror: f32) -> Vec<Point> {
+    let (first, depth) = (if is_whole { 4 } else { 10 }, 80.5 * 0.05);
+    let thing = (-4..4).flat_map(|z| (first..16).map(move |y| middle([40, y, z], mirror)));
+    let wall = (-60..60).flat_map(|z| (-20..60).map(move |y| [y, z].map(|c| (f64::from(c) + 0.5) * 0.025)));
+    let is_seen = |[y, z]: &[f64; 2]| {
+        // In cells, where the ray passes the thing.
+        let [y, z] = [y, z].map(|c| c * 40.5 / 80.5 / 0.05);
+        z.abs() > 4.5 || y > 16.5 || y < f64::from(first) + if is_whole { -0.5 } else { 0.2 }
+    };
+    let wall = wall.filter(is_seen).map(|[y, z]| [depth as f32, mirror * y as f32, z as f32]);
+    thing.chain(wall).collect()
+}
+
+/// Regression: of the octree's cells above or beside what stays, some were kept for what is beside them, and
+/// which ones depended on the side.
+#[test]
+fn what_has_gone_beside_a_thing_that_stays_is_free_whichever_side_it_was_on() {
+    for mirror in [1.0, -1.0] {
+        let mut config = config();
+        (config.cloud.voxel_size, config.octree.max_range) = (0.05, 20.0);
+        assert_eq!(config.octree.resolution, 0.05);
+        let mut builder = MapBuilder::new(config).unwrap();
+        let mut gone = 0;
+        for step in 0..20 {
+            let points = thing_before_a_wall(step < 8, mirror);
+            builder.insert_scan(f64::from(step), &points, &Pose::identity()).unwrap();
+            let (verdicts, octree) = (builder.map().cloud().verdicts(), builder.map().octree());
+            for cell in (-4..4).flat_map(|z| (4..10).map(move |y| [40, y, z])) {
+                let place = middle(cell, mirror).map(f64::from);
+                let is_ghost = verdicts.at(place) == Some(Verdict::Ghost);
+                gone += usize::from(is_ghost);
+                let is_kept = is_ghost && octree.state(place) == CellState::Occupied;
+                assert!(!is_kept, "scan {step}, mirrored by {mirror}: {cell:?}");
+            }
+        }
+        assert!(gone > 0);
+    }
 }
