@@ -140,6 +140,12 @@ impl BoxKalman {
         self.area.rescale(scale * scale);
         [self.u.value, self.v.value] = center;
     }
+
+    /// Turns the box's motion with the image, by an angle in radians.
+    pub(super) fn turn(&mut self, angle: f64) {
+        let ((sin, cos), [u, v]) = (angle.sin_cos(), [self.u.rate, self.v.rate]);
+        [self.u.rate, self.v.rate] = [cos * u - sin * v, sin * u + cos * v];
+    }
 }
 
 /// (u, v, s, r) of a box.

@@ -5,7 +5,7 @@ use dymlm_core::{BoundingBox, Detection, Pose, TrackId};
 use dymlm_geometry::Assignment;
 
 use super::assignment::pair_by_iou;
-use super::ego_motion;
+use super::ego_motion::{self, Reprojection};
 use super::{BoxKalman, BoxSource, TrackState, TrackedBox, TrackerConfig, View};
 use crate::{Error, check_timestamp};
 
@@ -86,6 +86,8 @@ struct Track {
     /// see them from where it is now, pixels.
     seen_area: f64,
     seen_size: [f64; 2],
+    /// How far the image has turned since then, radians.
+    roll: f64,
     score: f32,
     first_seen: f64,
     last_seen: f64,
@@ -160,9 +162,13 @@ impl BoxTracker {
         wanted: impl Fn(&Detection) -> bool,
     ) -> Result<&[TrackedBox], Error> {
         let elapsed = self.check_time(timestamp)?;
+        self.forget_before(timestamp - self.memory());
         self.move_on(elapsed, view);
-        self.look_intervals = [timestamp - self.last_look, self.look_intervals[0]];
-        self.last_look = timestamp;
+        // A second look at the same time says nothing of the detector's pace.
+        if timestamp > self.last_look {
+            self.look_intervals = [timestamp - self.last_look, self.look_intervals[0]];
+            self.last_look = timestamp;
+        }
         self.choose_candidates(detections, wanted);
         self.associate(timestamp, detections);
         self.start_tracks(timestamp, detections);
@@ -234,17 +240,16 @@ impl BoxTracker {
 
     /// Predicts all tracks in the present image and at the present time.
     fn move_on(&mut self, elapsed: f64, view: Option<&View>) {
-        for track in &mut self.tracks {
-            if let (Some(before), Some(now)) = (&self.last_view, view) {
-                let scale;
-                (track.depth, scale) = ego_motion::compensate(&mut track.filter, track.depth, before, now);
-                track.seen_area *= scale * scale;
-                track.seen_size = track.seen_size.map(|side| side * scale);
+        let views = self.last_view.as_ref().zip(view);
+        self.tracks.retain_mut(|track| {
+            // Who is behind the camera now is not in the image.
+            if views.is_some_and(|(before, now)| track.reproject(before, now).is_none()) {
+                return false;
             }
             track.filter.predict(elapsed);
             track.matched = None;
-        }
-        self.tracks.retain(|track| track.filter.bounding_box().is_some());
+            track.filter.bounding_box().is_some()
+        });
     }
 
     /// Chooses the detections that take part and sorts them, so that the caller's order does not matter.
@@ -327,6 +332,7 @@ impl BoxTracker {
                 label: known_label(&self.tracks, detection.label()),
                 seen_area: filter.area(),
                 seen_size: size_of(detection),
+                roll: 0.0,
                 filter,
                 score: detection.score(),
                 first_seen: timestamp,
@@ -346,6 +352,11 @@ impl BoxTracker {
         let [newest, before] = self.look_intervals;
         let two_looks = (2.0 * newest.min(before)).min(LONGEST_MEMORY);
         self.config.max_age.max(self.config.max_coast).max(two_looks) + TIME_SLACK
+    }
+
+    /// Forgets the tracks that were seen last before a time: during a pause in the frames nobody did.
+    fn forget_before(&mut self, time: f64) {
+        self.tracks.retain(|track| track.last_seen >= time);
     }
 
     fn forget_lost(&mut self, timestamp: f64) {
@@ -411,9 +422,28 @@ fn is_taken(tracks: &[Track], detection: usize) -> bool {
 }
 
 impl Track {
+    /// Moves the track as the camera's own motion does; `None` where it comes to lie behind the camera.
+    fn reproject(&mut self, before: &View, now: &View) -> Option<()> {
+        let Reprojection { depth, scale, roll } =
+            ego_motion::compensate(&mut self.filter, self.depth, before, now)?;
+        self.depth = depth;
+        self.seen_area *= scale * scale;
+        self.seen_size = self.seen_size.map(|side| side * scale);
+        self.roll += roll;
+        self.filter.turn(roll);
+        Some(())
+    }
+
     /// The box in the present frame, as long as none was found.
     fn predicted_box(&self) -> Option<BoundingBox> {
-        self.filter.box_since(self.seen_area, self.seen_size)
+        self.filter.box_since(self.seen_area, self.turned_size())
+    }
+
+    /// The sides of the box around the ellipse in the detected box, which has turned with the image. A body has
+    /// no corners; those of a turned box would reach far beyond it.
+    fn turned_size(&self) -> [f64; 2] {
+        let ((sin, cos), [width, height]) = (self.roll.sin_cos(), self.seen_size);
+        [(width * cos).hypot(height * sin), (width * sin).hypot(height * cos)]
     }
 
     /// Likeness of a detection and the track whose centre is predicted `elapsed` seconds after it was seen: the
@@ -424,7 +454,8 @@ impl Track {
     /// whichever way up the camera is. A detector that runs once a second gives boxes that do not even overlap
     /// (`misses_are_bridged_at_every_frame_rate`).
     fn likeness_within_reach(&self, [x, y]: [f32; 2], found: &BoundingBox, elapsed: f64) -> f64 {
-        let ([width, height], found_size) = (self.seen_size, [found.width(), found.height()].map(f64::from));
+        let ([width, height], found_size) =
+            (self.turned_size(), [found.width(), found.height()].map(f64::from));
         let shared = width.min(found_size[0]) * height.min(found_size[1]);
         let likeness = shared / (width * height + found_size[0] * found_size[1] - shared);
         let [found_x, found_y] = found.center();
@@ -435,7 +466,7 @@ impl Track {
 
     fn take(&mut self, timestamp: f64, index: usize, detection: &Detection) {
         self.filter.update(&detection.bounding_box());
-        (self.seen_area, self.seen_size) = (self.filter.area(), size_of(detection));
+        (self.seen_area, self.seen_size, self.roll) = (self.filter.area(), size_of(detection), 0.0);
         self.score = detection.score();
         self.last_seen = timestamp;
         self.misses = 0;

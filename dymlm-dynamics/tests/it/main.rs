@@ -9,5 +9,6 @@ mod many_detections;
 mod mot;
 mod still_parts;
 mod tracker;
+mod turning_camera;
 mod unlabelled;
 mod walking_slab;

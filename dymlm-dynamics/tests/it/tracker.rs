@@ -240,6 +240,39 @@ fn who_was_seen_once_is_not_waited_for_for_ever() {
     assert_eq!(ids(tracker.update(62.0, &[person(0.0)], None).unwrap()), [1]);
 }
 
+/// Regression: who stood there an hour ago lent the newcomer an id and a depth.
+#[test]
+fn after_a_pause_in_the_frames_nobody_is_known() {
+    let mut tracker = tracker();
+    for tenth in 0_u8..10 {
+        tracker.update(f64::from(tenth) / 10.0, &[person(0.0)], None).unwrap();
+    }
+    tracker.observe_depth(TrackId::new(0), 2.5);
+    let boxes = tracker.update(3600.0, &[person(0.0)], None).unwrap();
+    assert_eq!((ids(boxes), boxes[0].expected_depth), (vec![1], None));
+}
+
+/// Regression: no time between two results was taken for the detector's pace, and tracks were forgotten between
+/// its looks.
+#[test]
+fn a_look_that_is_given_twice_is_one_look() {
+    let run = |copies: usize| {
+        let mut tracker = tracker();
+        let mut counts = Vec::new();
+        for tenth in 0_u8..100 {
+            let time = f64::from(tenth) / 10.0;
+            if tenth % 20 == 0 {
+                (0..copies).for_each(|_| _ = tracker.update(time, &[person(0.0)], None).unwrap());
+            } else {
+                tracker.predict(time, None).unwrap();
+            }
+            counts.push(tracker.boxes().len());
+        }
+        counts
+    };
+    assert_eq!(run(2), run(1));
+}
+
 /// The detector runs twice a minute. Where somebody is says nothing any more after some seconds, but who is
 /// found in the next look may be the one of the last.
 #[test]
