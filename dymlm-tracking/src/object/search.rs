@@ -63,7 +63,7 @@ impl Search {
             .chain((0..ATTITUDES_A_FRAME).map(turn))
             .filter_map(|i| attitudes.get(i).copied())
             .collect();
-        for place in wanted.places(scene, clues.detections, &others) {
+        for place in wanted.places(scene, clues.detections, &others, self.frames - 1) {
             for attitude in &chosen {
                 if let Some(start) = placed(scene.camera, attitude, place)
                     && let Some(coarse) = pose_near(scene, views, fitter, &start)
