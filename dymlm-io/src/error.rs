@@ -168,6 +168,11 @@ impl Error {
         move |source| Self::Io { path: path.to_path_buf(), source }
     }
 
+    /// Whether a file or folder is not there.
+    pub(crate) fn is_not_found(&self) -> bool {
+        matches!(self, Self::Io { source, .. } if source.kind() == io::ErrorKind::NotFound)
+    }
+
     pub(crate) fn line(path: &Path, line: usize, reason: impl Into<String>) -> Self {
         Self::Line { path: path.to_path_buf(), line, reason: reason.into() }
     }

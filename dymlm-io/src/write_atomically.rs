@@ -38,7 +38,7 @@ where
         return out.flush().map_err(Error::io(path));
     }
     // Renaming replaces a link itself, and whoever reads what it leads to would never see the new file.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let target = followed(path);
     let folder = parent_of(&target);
     let file = named_temporary(&folder).map_err(Error::io(path))?;
     let mut out = BufWriter::with_capacity(1 << 16, file);
@@ -48,6 +48,20 @@ where
     file.persist(&target).map_err(|error| Error::io(path)(error.error))?;
     sync_folder(&folder);
     Ok(())
+}
+
+/// Links that are followed, one leading to the next, at most.
+const MOST_LINKS: usize = 40;
+
+/// Where a path leads, also through links to a file that is not there yet.
+fn followed(path: &Path) -> PathBuf {
+    let mut target = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&target) else { break };
+        // A relative link begins in its own folder.
+        target = parent_of(&target).join(next);
+    }
+    fs::canonicalize(&target).unwrap_or(target)
 }
 
 /// The parent folder of a path; `.` for a bare name.

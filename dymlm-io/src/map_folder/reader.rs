@@ -1,11 +1,13 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 use serde::de::DeserializeOwned;
 
 use super::manifest::{FileEntry, MANIFEST, Manifest, check_name};
 use super::replace::{recover_unless_written, resolve};
+use super::state::StateIndex;
 use crate::Error;
 
 /// How often a folder is read that is replaced while it is read. More than one replacement within the time of
@@ -19,6 +21,8 @@ const MOST_TRIES: usize = 10;
 pub struct MapFolder {
     folder: PathBuf,
     manifest: Manifest,
+    /// Where the parts of the state are, as soon as somebody has asked.
+    pub(super) index: Arc<OnceLock<StateIndex>>,
 }
 
 impl MapFolder {
@@ -49,12 +53,16 @@ impl MapFolder {
     /// As [`open`](Self::open), except for sizes and checksums.
     pub fn open_unverified(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
-        if !folder.exists()
-            && folder.parent().is_some_and(|parent| parent.as_os_str().is_empty() || parent.exists())
-        {
-            recover_unless_written(&resolve(folder)?)?;
-        }
-        Ok(Self { folder: folder.to_path_buf(), manifest: Manifest::read(folder)? })
+        let mut tries = 0;
+        let manifest = loop {
+            tries += 1;
+            match Manifest::read(folder) {
+                // Between the two renames of a writer, and after a crash there, the map is aside.
+                Err(error) if error.is_not_found() && tries < MOST_TRIES && is_put_back(folder)? => {}
+                read => break read?,
+            }
+        };
+        Ok(Self { folder: folder.to_path_buf(), manifest, index: Arc::default() })
     }
 
     /// Opens a map folder and reads from it; once more when somebody has replaced the folder meanwhile, since
@@ -141,10 +149,22 @@ impl MapFolder {
         self.entry("counts", &self.manifest.counts)
     }
 
+    /// Whether bytes are those of a file as it was when the map was opened.
+    pub(super) fn is_as_listed(&self, name: &str, bytes: &[u8]) -> bool {
+        let listed = self.manifest.files.iter().find(|file| file.name == name);
+        listed.and_then(|file| file.crc32).is_none_or(|crc32| crc32fast::hash(bytes) == crc32)
+    }
+
     fn entry<T: DeserializeOwned>(&self, name: &str, value: &serde_json::Value) -> Result<T, Error> {
         T::deserialize(value)
             .map_err(|error| Error::malformed(&self.folder.join(MANIFEST), format!("{name}: {error}")))
     }
+}
+
+/// Whether a folder without a map has one after all, as soon as its writer is ready or the old one is put back.
+fn is_put_back(folder: &Path) -> Result<bool, Error> {
+    let has_parent = folder.parent().is_some_and(|parent| parent.as_os_str().is_empty() || parent.exists());
+    Ok(has_parent && recover_unless_written(&resolve(folder)?)?)
 }
 
 fn verify(path: &Path, entry: &FileEntry) -> Result<(), Error> {

@@ -38,13 +38,33 @@ pub(super) fn resolve(folder: &Path) -> Result<PathBuf, Error> {
     }
 }
 
-/// Refuses a target that holds something other than a map.
+/// Refuses a target that holds something other than a map, and one that cannot be renamed since a disk is mounted
+/// there.
 pub(super) fn check_replaceable(target: &Path) -> Result<(), Error> {
+    if is_mount_point(target) {
+        let reason = "a mount point cannot be replaced by a finished map: name a folder in it";
+        return Err(Error::io(target)(io::Error::new(io::ErrorKind::ResourceBusy, reason)));
+    }
     if !target.exists() || Manifest::marks(target) {
         return Ok(());
     }
     let is_empty = target.is_dir() && names_in(target)?.is_empty();
     if is_empty { Ok(()) } else { Err(Error::InTheWay { path: target.to_path_buf() }) }
+}
+
+/// Whether something is mounted on a folder, as Linux says; other systems are not asked.
+fn is_mount_point(folder: &Path) -> bool {
+    let Ok(mounts) = fs::read("/proc/self/mountinfo") else { return false };
+    let mut escaped = Vec::new();
+    for &byte in folder.as_os_str().as_encoded_bytes() {
+        match byte {
+            b' ' | b'\t' | b'\n' | b'\\' => escaped.extend(format!("\\{byte:03o}").into_bytes()),
+            _ => escaped.push(byte),
+        }
+    }
+    // The fifth word of a line is the mount point.
+    let mut words = mounts.split(|&byte| byte == b'\n').filter_map(|line| line.split(|&b| b == b' ').nth(4));
+    words.any(|word| word == escaped)
 }
 
 /// A temporary folder beside the target, with the permissions of an ordinary new folder.
@@ -113,19 +133,19 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Recovers for a reader. It waits while a writer holds the lock: the map is missing only between two
-/// renames.
-pub(super) fn recover_unless_written(target: &Path) -> Result<(), Error> {
-    let is_away = || aside_path(target).exists() && !target.exists();
+/// Recovers for a reader that has found no map; returns whether there is one now. It waits while a writer holds
+/// the lock: the map is missing only between two renames.
+pub(super) fn recover_unless_written(target: &Path) -> Result<bool, Error> {
     for _ in 0..MOST_LOOKS {
-        if !is_away() {
-            return Ok(());
+        // In this order: a writer that ends in between has left a map.
+        if !aside_path(target).exists() || Manifest::marks(target) {
+            return Ok(Manifest::marks(target));
         }
         match FolderLock::take(target) {
-            Ok(_lock) => return recover(target),
+            Ok(_lock) => return recover(target).map(|()| true),
             Err(Error::Locked { .. }) => std::thread::sleep(LOOK_INTERVAL),
             // Where no lock can be made, as in a read-only folder, nobody writes.
-            Err(_) => return recover(target),
+            Err(_) => return recover(target).map(|()| true),
         }
     }
     Err(Error::Locked { path: target.to_path_buf() })

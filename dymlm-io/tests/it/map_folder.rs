@@ -396,3 +396,39 @@ fn an_atomic_file_is_whole_or_as_it_was() {
     let onto_a_folder = write_atomically(folder.path(), |out| out.write_all(b"x"));
     assert!(matches!(onto_a_folder, Err(Error::Io { .. })));
 }
+
+/// Regression: the link was replaced, and the file was not where it leads to.
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_file_that_is_not_there_yet_is_followed() {
+    let parent = tempfile::tempdir().unwrap();
+    let [first, second, file] = ["first", "second", "file"].map(|name| parent.path().join(name));
+    std::os::unix::fs::symlink("second", &first).unwrap();
+    std::os::unix::fs::symlink(&file, &second).unwrap();
+    write_atomically(&first, |out| writeln!(out, "content")).unwrap();
+    assert!(first.is_symlink() && second.is_symlink());
+    assert_eq!(fs::read_to_string(&file).unwrap(), "content\n");
+    // Links that lead nowhere but to each other are no place for a file.
+    let [a, b] = ["a", "b"].map(|name| parent.path().join(name));
+    std::os::unix::fs::symlink(&a, &b).unwrap();
+    std::os::unix::fs::symlink(&b, &a).unwrap();
+    write_atomically(&a, |out| writeln!(out, "content")).ok();
+}
+
+/// Regression: the finished map could not take the place of what a disk is mounted on, and was thrown away.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_mount_point_is_refused_before_anything_is_mapped() {
+    let refused = MapFolderWriter::create("/proc").unwrap_err();
+    assert!(refused.to_string().contains("mount point"), "{refused}");
+}
+
+/// Regression: after a crash between two renames somebody has made the folder anew, as a start script does.
+#[test]
+fn a_map_that_a_crash_left_aside_is_read_though_an_empty_folder_is_in_its_place() {
+    let (_parent, target) = place();
+    write_map(&target, "old");
+    fs::rename(&target, target.with_file_name(".map.dymlm-old")).unwrap();
+    fs::create_dir(&target).unwrap();
+    assert_map(&target, "old");
+}

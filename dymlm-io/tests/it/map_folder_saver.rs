@@ -379,3 +379,79 @@ fn a_folder_that_is_read_only_is_read_and_refuses_to_be_written() {
     assert!(run.status.success() && said.contains("1 passed"), "{said}");
     assert_eq!(number_of(&folder), 0);
 }
+
+/// Regression: a save that copied parts out of the damaged segment failed, and so did all later ones.
+#[test]
+fn a_damaged_segment_keeps_nothing_new_from_being_saved() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapFolderSaver::create(&folder).unwrap();
+    save(&mut saver, "a", &[(1, Some(noise(1, 10_000)))]).unwrap();
+    let segment = folder.join("state-000001.bin");
+    let mut bytes = fs::read(&segment).unwrap();
+    bytes[500] ^= 1;
+    fs::write(&segment, bytes).unwrap();
+
+    let mut was_noticed = false;
+    for key in 2..20 {
+        if !saver.is_as_left() {
+            // All that is in memory is saved again.
+            was_noticed = true;
+            saver.forget();
+            let all: Vec<_> = (1..key).map(|key| (key, Some(noise(key, 10_000)))).collect();
+            save(&mut saver, "a", &all).unwrap();
+        }
+        save(&mut saver, "a", &[(key, Some(noise(key, 10_000)))]).unwrap();
+        let parts = MapFolder::open(&folder).unwrap().state("a").unwrap();
+        let damaged = parts.filter(Result::is_err).count();
+        assert_eq!(damaged, usize::from(!was_noticed), "after part {key}");
+    }
+    assert!(was_noticed);
+}
+
+/// Regression: each section was looked up anew, so that those of two saves were taken for one map.
+#[test]
+fn all_sections_are_those_of_the_save_that_was_opened() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapFolderSaver::create(&folder).unwrap();
+    let mut save_both = |number: u8| {
+        let both = saver.save("config", &0, |_, state| {
+            ["a", "b"].iter().try_for_each(|name| state.section(name, |part| part(1, Some(&[number]))))
+        });
+        both.unwrap();
+    };
+    save_both(1);
+    let map = MapFolder::open(&folder).unwrap();
+    let first = map.state("a").unwrap().next().unwrap().unwrap();
+    assert_eq!(first, (1, vec![1]));
+    save_both(2);
+    // What was saved first is gone, or is read.
+    let second = map.state("b").unwrap().next().unwrap();
+    assert!(second.as_ref().map_or(true, |second| *second == first), "{second:?}");
+    // A map that has not been asked for its state before the folder was replaced has none.
+    let map = MapFolder::open(&folder).unwrap();
+    save_both(3);
+    let late = map.state("a");
+    assert!(matches!(late, Err(Error::Malformed { .. })), "{late:?}");
+}
+
+/// Regression: between two renames of the writer a reader found no map.
+#[test]
+fn a_map_that_is_saved_again_and_again_can_always_be_opened() {
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("map");
+    let mut saver = MapFolderSaver::create(&folder).unwrap();
+    save_number(&mut saver, 0);
+    let ended = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            while !ended.load(std::sync::atomic::Ordering::Relaxed) {
+                MapFolder::open(&folder).unwrap();
+            }
+        });
+        (1..200).for_each(|number| save_number(&mut saver, number));
+        ended.store(true, std::sync::atomic::Ordering::Relaxed);
+        reader.join().unwrap();
+    });
+}

@@ -57,6 +57,9 @@ fn load(path: &Path, read: impl FnOnce(BufReader<File>) -> Result<Octree, Error>
     read(BufReader::new(file)).map_err(at(path))
 }
 
+/// Links that are followed, one leading to the next, at most.
+const MOST_LINKS: usize = 40;
+
 /// Writes a file completely or not at all: under another name beside it, then renamed. When that fails, an
 /// older file stays as it was. A symbolic link is followed. Errors name the file.
 pub(crate) fn save(
@@ -71,7 +74,7 @@ pub(crate) fn save(
             .map_err(at(path));
     }
     // Renaming replaces a link itself, and whoever reads what it leads to would never see the new file.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let target = followed(path);
     let (temporary, file) = create_beside(&target).map_err(Error::from).map_err(at(path))?;
     let mut writer = BufWriter::new(file);
     let written = write(&mut writer).and_then(|()| {
@@ -85,6 +88,17 @@ pub(crate) fn save(
         fs::remove_file(&temporary).ok();
     }
     written.map_err(at(path))
+}
+
+/// Where a path leads, also through links to a file that is not there yet.
+fn followed(path: &Path) -> PathBuf {
+    let mut target = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&target) else { break };
+        // A relative link begins in its own folder.
+        target = target.parent().unwrap_or(Path::new("")).join(next);
+    }
+    fs::canonicalize(&target).unwrap_or(target)
 }
 
 /// A new file in the folder of `path`.

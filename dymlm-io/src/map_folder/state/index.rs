@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Where the parts of a state are.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct StateIndex {
+pub(in crate::map_folder) struct StateIndex {
     /// The segments by number: size in bytes.
     pub(super) segments: BTreeMap<u32, u64>,
     /// The parts of each section, by key.

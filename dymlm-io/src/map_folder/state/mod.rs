@@ -13,6 +13,7 @@ mod reader;
 mod saver;
 mod segment;
 
+pub(super) use index::StateIndex;
 pub use reader::{DamagedPart, StateParts};
 pub use saver::{MapFolderSaver, StateWriter};
 

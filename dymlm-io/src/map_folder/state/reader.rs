@@ -47,11 +47,19 @@ impl MapFolder {
         })
     }
 
-    /// Where the parts of the state are.
+    /// Where the parts of the state are. Read once, so that all sections are those of one save.
     pub(super) fn state_index(&self) -> Result<StateIndex, Error> {
-        let path = self.path(INDEX)?;
-        StateIndex::decode(&self.read(INDEX)?)
-            .map_err(|DamagedState { what, .. }| Error::malformed(&path, what))
+        if let Some(index) = self.index.get() {
+            return Ok(StateIndex::clone(index));
+        }
+        let (path, bytes) = (self.path(INDEX)?, self.read(INDEX)?);
+        if !self.is_as_listed(INDEX, &bytes) {
+            let reason = "not as the manifest says: damaged, or replaced since the map was opened";
+            return Err(Error::malformed(&path, reason));
+        }
+        let index =
+            StateIndex::decode(&bytes).map_err(|DamagedState { what, .. }| Error::malformed(&path, what))?;
+        Ok(self.index.get_or_init(|| index).clone())
     }
 }
 

@@ -43,6 +43,8 @@ pub struct MapFolderSaver {
     target: PathBuf,
     /// The parts in the folder that this saver knows of.
     index: StateIndex,
+    /// Whether the last save has found some of the parts before it damaged.
+    is_damaged: bool,
     _lock: FolderLock,
 }
 
@@ -57,7 +59,7 @@ impl MapFolderSaver {
         let target = resolve(folder.as_ref())?;
         let lock = FolderLock::take(&target)?;
         MapFolderWriter::check(&target)?;
-        Ok(Self { target, index: StateIndex::default(), _lock: lock })
+        Ok(Self { target, index: StateIndex::default(), is_damaged: false, _lock: lock })
     }
 
     /// A saver that continues from what the folder holds: its first save writes only what differs. Also
@@ -89,7 +91,8 @@ impl MapFolderSaver {
     /// # Errors
     ///
     /// [`Error::Malformed`] when the folder is no longer [as it was left](Self::is_as_left); those of
-    /// `write`, and of [`MapFolderWriter`]. The last saved map is still there then.
+    /// `write`, and of [`MapFolderWriter`]. The last saved map is still there then. Older parts that turn out to be
+    /// damaged are kept as they are: what is new is saved all the same.
     pub fn save<C, N>(
         &mut self,
         config: &C,
@@ -101,13 +104,13 @@ impl MapFolderSaver {
         N: Serialize + ?Sized,
     {
         if !self.is_as_left() {
-            let reason = "somebody else has removed or replaced what was saved: all parts must be saved anew";
+            let reason = "what was saved has been removed, replaced or damaged: all parts must be saved anew";
             return Err(Error::malformed(&self.target, reason));
         }
         let mut folder = MapFolderWriter::begin(&self.target)?;
         let mut state = StateWriter::begin(&self.target, folder.staging(), &self.index)?;
         write(&mut folder, &mut state)?;
-        let (number, index) = state.finish()?;
+        let (number, index, is_damaged) = state.finish()?;
         for (&segment, &bytes) in &index.segments {
             if segment == number {
                 folder.add(&segment_name(segment), bytes);
@@ -118,14 +121,17 @@ impl MapFolderSaver {
         let bytes = index.encode().map_err(Error::io(&self.target))?;
         folder.file(INDEX, |out| out.write_all(&bytes))?;
         folder.finish(config, counts)?;
-        self.index = index;
+        (self.index, self.is_damaged) = (index, is_damaged);
         Ok(())
     }
 
     /// Whether the folder still holds the parts that this saver has saved or opened last: a lock keeps other
-    /// savers away, but nobody who removes the folder or puts a copy of another in its place. Then
-    /// [`forget`](Self::forget) them.
+    /// savers away, but nobody who removes the folder or puts a copy of another in its place, and a disk may
+    /// fail, which a save notices that reads older parts. Then [`forget`](Self::forget) them.
     pub fn is_as_left(&self) -> bool {
+        if self.is_damaged {
+            return false;
+        }
         if self.index.segments.is_empty() {
             return true;
         }
@@ -139,7 +145,7 @@ impl MapFolderSaver {
 
     /// Forgets the saved parts: the next save must be given all parts, and keeps no others.
     pub fn forget(&mut self) {
-        self.index = StateIndex::default();
+        (self.index, self.is_damaged) = (StateIndex::default(), false);
     }
 }
 
@@ -149,6 +155,8 @@ pub struct StateWriter {
     target: PathBuf,
     segment: SegmentWriter,
     index: StateIndex,
+    /// Whether a segment was found to have changed since it was written.
+    is_damaged: bool,
 }
 
 impl StateWriter {
@@ -156,7 +164,7 @@ impl StateWriter {
         let number = before.segments.last_key_value().map_or(1, |(last, _)| last.saturating_add(1));
         let path = staging.join(segment_name(number));
         let segment = SegmentWriter::create(&path, number).map_err(Error::io(target))?;
-        Ok(Self { target: target.to_path_buf(), segment, index: before.clone() })
+        Ok(Self { target: target.to_path_buf(), segment, index: before.clone(), is_damaged: false })
     }
 
     /// Changes a section: each part that `write` gives replaces the part of the same key; `None` removes that
@@ -193,7 +201,7 @@ impl StateWriter {
         append: impl Fn(&mut SegmentWriter, &[u8]) -> io::Result<Part>,
         write: impl FnOnce(&mut StateSink<'_>) -> io::Result<()>,
     ) -> Result<(), Error> {
-        let Self { target, segment, index } = self;
+        let Self { target, segment, index, .. } = self;
         let parts = index.sections.entry(name.to_owned()).or_default();
         let mut sink = |key, bytes: Option<&[u8]>| {
             match bytes {
@@ -205,22 +213,26 @@ impl StateWriter {
         write(&mut sink).map_err(Error::io(target))
     }
 
-    /// Copies parts out of segments that are not worth keeping; returns the new segment's number and the new
-    /// index.
-    fn finish(mut self) -> Result<(u32, StateIndex), Error> {
+    /// Copies parts out of segments that are not worth keeping; returns the new segment's number, the new index,
+    /// and whether a segment was found damaged.
+    fn finish(mut self) -> Result<(u32, StateIndex, bool), Error> {
         for number in self.index.to_be_folded(self.segment.end()) {
-            self.fold(number).map_err(Error::io(&self.target.join(segment_name(number))))?;
-            self.index.segments.remove(&number);
+            match self.fold(number) {
+                Ok(()) => _ = self.index.segments.remove(&number),
+                // It is kept as it is, so that what is new is saved all the same.
+                Err(error) if is_damage(&error) => self.is_damaged = true,
+                Err(error) => return Err(Error::io(&self.target.join(segment_name(number)))(error)),
+            }
         }
         let number = self.segment.number();
         let bytes = self.segment.finish().map_err(Error::io(&self.target))?;
         self.index.segments.insert(number, bytes);
-        Ok((number, self.index))
+        Ok((number, self.index, self.is_damaged))
     }
 
     /// Copies the parts in use of a segment to the new segment.
     fn fold(&mut self, number: u32) -> io::Result<()> {
-        let Self { target, segment, index } = self;
+        let Self { target, segment, index, .. } = self;
         let mut reader = None;
         let parts = index.sections.values_mut().flat_map(BTreeMap::values_mut);
         let mut parts: Vec<&mut Part> = parts.filter(|part| part.segment == number).collect();
@@ -234,4 +246,9 @@ impl StateWriter {
         }
         Ok(())
     }
+}
+
+/// Whether a part that was read is not what was written.
+fn is_damage(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof)
 }
