@@ -26,7 +26,23 @@ pub(super) fn is_color(images: &ImageTopic) -> bool {
             && !format.contains("compressedDepth")
             && !format.starts_with("16UC1");
     }
-    matches!(format, "rgb8" | "bgr8" | "rgba8" | "bgra8" | "mono8")
+    pixel_layout(format).is_some()
+}
+
+/// The encodings of colours that are read, for messages.
+pub(super) const COLOR_ENCODINGS: &str = "rgb8, bgr8, rgba8, bgra8, mono8, 8UC3 and 8UC4";
+
+/// Bytes of a pixel in an encoding of colours, and whether blue comes first. OpenCV's images, which `cv_bridge`
+/// passes on as 8UC3 and 8UC4, have blue first.
+fn pixel_layout(encoding: &str) -> Option<(usize, bool)> {
+    match encoding {
+        "rgb8" => Some((3, false)),
+        "bgr8" | "8UC3" => Some((3, true)),
+        "rgba8" => Some((4, false)),
+        "bgra8" | "8UC4" => Some((4, true)),
+        "mono8" => Some((1, false)),
+        _ => None,
+    }
 }
 
 /// Decodes a depth image, metres, into `depth`. `path` is for errors.
@@ -118,17 +134,8 @@ pub(super) fn color_of(
     check_size(&image, camera, path)?;
     colors.clear();
     let encoding = image.encoding.as_str();
-    let bytes = match encoding {
-        "rgb8" | "bgr8" => 3,
-        "rgba8" | "bgra8" => 4,
-        "mono8" => 1,
-        other => {
-            return Err(malformed(format!(
-                "colours of encoding {other:?}; rgb8, bgr8, rgba8, bgra8 and mono8 are read"
-            )));
-        }
-    };
-    let is_bgr = encoding.starts_with("bgr");
+    let (bytes, is_bgr) = pixel_layout(encoding)
+        .ok_or_else(|| malformed(format!("colours of encoding {encoding:?}; {COLOR_ENCODINGS} are read")))?;
     for row in rows(&image, bytes).map_err(malformed)? {
         colors.extend(row.chunks_exact(bytes).filter_map(|pixel| match *pixel {
             [grey] => Some([grey; 3]),

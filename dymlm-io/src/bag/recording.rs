@@ -10,7 +10,7 @@ use super::catalogue::{Catalogue, Listed};
 use super::detections::detections_of;
 use super::options::McapOptions;
 use super::pictures::{color_of, depth_of};
-use super::topics::{color_topic, depth_topic, with_camera};
+use super::topics::{color_topic, depth_topic, unread_colors, with_camera};
 use super::transforms::{NoTransform, frame_name};
 use crate::ros2::messages::TransformStamped;
 use crate::tum::association::associate;
@@ -122,6 +122,7 @@ impl McapRecording {
             (listed(&depth.topic), color.as_ref().map(|color| listed(&color.topic)));
         let mut frames = paired(depth_images, color_images, options.max_association_gap);
         let mut warnings = catalogue.warnings();
+        warnings.extend(color.is_none().then(|| unread_colors(&catalogue)).flatten());
         let unpaired = depth_images.len() - frames.len();
         if unpaired > 0 {
             warnings.push(format!(

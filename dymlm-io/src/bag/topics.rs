@@ -2,7 +2,7 @@ use std::cmp::Reverse;
 
 use super::camera_info::{InfoCamera, camera_of};
 use super::catalogue::{Catalogue, ImageTopic};
-use super::pictures::{is_color, is_depth};
+use super::pictures::{COLOR_ENCODINGS, is_color, is_depth};
 use super::transforms::frame_name;
 
 /// An image topic with its camera.
@@ -38,10 +38,8 @@ pub(super) fn color_topic(
     if let Some(named) = named {
         return known(catalogue, named).map(Some);
     }
-    let is_candidate = |topic: &str, images: &ImageTopic| {
-        is_color(images) && !["depth", "infra"].iter().any(|word| topic.contains(word))
-    };
-    let candidates = catalogue.images.iter().filter(|(topic, images)| is_candidate(topic, images));
+    let candidates =
+        catalogue.images.iter().filter(|(topic, images)| is_color(images) && may_be_color(topic));
     let merit = |(topic, images): &(&String, &ImageTopic)| {
         let same_frame = frame_name(&images.frame_id) == frame_name(depth_frame);
         (same_frame, topic.contains("color") || topic.contains("rgb"), !images.is_compressed)
@@ -49,6 +47,22 @@ pub(super) fn color_topic(
     Ok(candidates
         .min_by_key(|candidate| (Reverse(merit(candidate)), candidate.0))
         .map(|(topic, _)| topic.clone()))
+}
+
+/// A warning about images that may be of colours, in a bag without colours that are read.
+pub(super) fn unread_colors(catalogue: &Catalogue) -> Option<String> {
+    let unread = catalogue
+        .images
+        .iter()
+        .filter(|(topic, images)| may_be_color(topic) && !is_color(images) && !is_depth(topic, images));
+    let topics: Vec<_> = unread.map(|(topic, images)| format!("{topic} ({})", images.encoding)).collect();
+    (!topics.is_empty()).then(|| {
+        format!("no colours: {} is left out, since of colours {COLOR_ENCODINGS} are read", topics.join(", "))
+    })
+}
+
+fn may_be_color(topic: &str) -> bool {
+    !["depth", "infra"].iter().any(|word| topic.contains(word))
 }
 
 fn known(catalogue: &Catalogue, named: &str) -> Result<String, String> {

@@ -48,7 +48,12 @@ struct BesideDepthCamera {
 /// name.
 pub(super) fn read_camera(folder: &Path, named: Option<TumCamera>) -> Result<CameraFile, Error> {
     let path = folder.join(CAMERA);
-    let named = named.or_else(|| if path.exists() { None } else { TumCamera::named_in(folder) });
+    // The folder's own name says it, also where a link or `.` leads there.
+    let in_name = || {
+        let own = fs::canonicalize(folder).ok();
+        TumCamera::named_in(folder).or_else(|| TumCamera::named_in(&own?))
+    };
+    let named = named.or_else(|| if path.exists() { None } else { in_name() });
     let Some(named) = named else { return read_file(&path) };
     let camera = named.camera().map_err(|error| Error::malformed(folder, error.to_string()))?;
     Ok(CameraFile { camera, depth_scale: TumCamera::DEPTH_SCALE, distortion: None, depth_camera: None })

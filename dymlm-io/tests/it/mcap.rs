@@ -300,3 +300,40 @@ fn a_file_that_is_no_bag_is_refused() {
     let error = McapRecording::open(&path, &McapOptions::default()).unwrap_err().to_string();
     assert!(error.contains("no MCAP file"), "{error}");
 }
+
+/// A bag whose colours have another encoding, of as many letters; pixels stay as they are.
+fn with_encoding(name: &str, [from, to]: [&str; 2], folder: &Path) -> McapRecording {
+    let mut bytes = fs::read(bag(name)).unwrap();
+    let written = |encoding: &str| {
+        let length = (encoding.len() as u32 + 1).to_le_bytes();
+        [&length[..], encoding.as_bytes(), &[0]].concat()
+    };
+    let (from, to) = (written(from), written(to));
+    for place in 0..=bytes.len() - from.len() {
+        if bytes[place..].starts_with(&from) {
+            bytes[place..place + to.len()].copy_from_slice(&to);
+        }
+    }
+    let path = folder.join("bag.mcap");
+    fs::write(&path, bytes).unwrap();
+    McapRecording::open(&path, &McapOptions::default()).unwrap()
+}
+
+/// Regression: such colours vanished without a word.
+#[test]
+fn colors_of_an_encoding_that_is_not_read_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut recording = with_encoding("plain_unchunked", ["rgb8", "yuyv"], folder.path());
+    assert!(warned(&recording, "no colours: ") && warned(&recording, "(yuyv)"), "{:?}", recording.warnings());
+    assert!(load_all(&mut recording).iter().all(|loaded| loaded.frame.color().is_none()));
+}
+
+/// `cv_bridge` passes on OpenCV's images as 8UC3, blue first.
+#[test]
+fn colors_of_opencv_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut recording = with_encoding("plain_unchunked", ["rgb8", "8UC3"], folder.path());
+    assert_eq!(recording.warnings(), [""; 0]);
+    let frames = load_all(&mut recording);
+    frames.iter().enumerate().for_each(|(index, loaded)| check_frame(loaded, index, [50, 100, 200], 0.0));
+}

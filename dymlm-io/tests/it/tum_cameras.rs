@@ -34,6 +34,13 @@ fn a_folder_of_the_benchmark_needs_no_camera_file() {
     assert_eq!(*tum.camera(), PinholeCamera::new(640, 480, 520.9, 521.0, 325.1, 249.7).unwrap());
     assert_eq!(tum.depth_scale(), 5000.0);
     assert!(tum.rectifier().is_none());
+    #[cfg(unix)]
+    {
+        // Regression: a link to the folder, or `.` within it, has another name.
+        std::os::unix::fs::symlink(&folder, dataset.path("latest")).unwrap();
+        let linked = TumDataset::open(dataset.path("latest"), &TumOptions::default()).unwrap();
+        assert_eq!(linked.camera(), tum.camera());
+    }
     // The options take precedence.
     let mut options = TumOptions::default();
     options.camera = Some(TumCamera::Freiburg1);
