@@ -121,7 +121,8 @@ impl ScanMapper {
     /// Transforms a scan's readings to the world.
     fn read(&mut self, points: &[Point], world_from_sensor: &Pose, sensor: &SensorModel) {
         let points = points.iter().map(|point| point.map(f64::from));
-        let readings = points.filter(|&point| norm(point) >= sensor.min_depth.into());
+        let is_reading = |range: f64| range.is_finite() && range >= sensor.min_depth.into();
+        let readings = points.filter(|&point| is_reading(norm(point)));
         let in_world = readings.map(|point| world_from_sensor.transform_point(point).map(|c| c as f32));
         self.readings.clear();
         self.readings.extend(in_world);

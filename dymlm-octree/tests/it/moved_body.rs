@@ -1,6 +1,6 @@
 //! A body that was moved in the octree.
 
-use dymlm_core::Point;
+use dymlm_core::{Point, PointCloud};
 use dymlm_octree::{CellState, Octree, OctreeConfig, OctreeMotion};
 
 const HERE: Point = [1.02, 0.02, 0.02];
@@ -46,4 +46,16 @@ fn points_outside_the_map_are_passed_over() {
         Octree::new(OctreeConfig::default()).unwrap().move_body(&[], &[], &[]),
         OctreeMotion::default()
     );
+}
+
+/// Regression: the colour stayed where the body had been.
+#[test]
+fn colors_go_with_the_body() {
+    let mut config = OctreeConfig::default();
+    config.color = true;
+    let cloud = PointCloud::with_colors(vec![HERE], vec![[200, 10, 20]]).unwrap();
+    let mut map = Octree::from_cloud(&cloud, config).unwrap();
+    map.move_body(&[HERE], &[THERE], &[]);
+    let [here, there] = [HERE, THERE].map(|place| map.color(place.map(f64::from)));
+    assert_eq!((here, there), (None, Some([200, 10, 20])));
 }

@@ -266,6 +266,23 @@ fn a_correction_of_the_last_scans_maps_few_again_to_the_same_bits() {
     assert!(state(&again) == state(&builder));
 }
 
+/// Regression: a lidar's rays that hit nothing counted as readings.
+#[test]
+fn points_that_are_not_finite_or_too_near_are_no_readings() {
+    let near = 0.5 * config().sensor.min_depth;
+    let none = [[f32::INFINITY; 3], [f32::NAN, 0.0, 2.0], [0.0, f32::NEG_INFINITY, 0.0], [near, 0.0, 0.0]];
+    let all: Vec<Point> = room(1, false).into_iter().chain(none).collect();
+    let mut builders = [(); 2].map(|()| MapBuilder::new(config()).unwrap());
+    let reports = [&all[..all.len() - none.len()], &all].map(|points| {
+        let report =
+            builders[usize::from(points.len() == all.len())].insert_scan(0.0, points, &Pose::identity());
+        let FrameOutcome::Scanned(update) = report.unwrap().outcome else { panic!("a scan") };
+        (update.cloud.readings, update.octree.readings, update.octree.not_finite)
+    });
+    assert_eq!(reports[0], reports[1]);
+    assert_eq!(written(builders[0].map().octree()), written(builders[1].map().octree()));
+}
+
 /// The middle of a cell of .05 m; as wide are the cells of the octree and of the evidence here.
 fn middle([x, y, z]: [i32; 3], mirror: f32) -> Point {
     let [x, y, z] = [x, y, z].map(|c| ((f64::from(c) + 0.5) * 0.05) as f32);
