@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::patches::PatchVoxel;
 use crate::plane_frame::PlaneFrame;
@@ -73,7 +74,7 @@ impl FilledCells {
                     let around = || wide[v..].iter().take(5).flat_map(|row| row[u..].iter().take(5));
                     let is_filled = own > 0.0 && {
                         let cells = around().filter(|weight| **weight > 0.0).count();
-                        own * cells as f32 >= FILLED_SHARE * around().sum::<f32>()
+                        own * cells as f32 >= FILLED_SHARE * around().sum::<f32>() || goes_on(&wide, [u, v])
                     };
                     if is_filled {
                         visit([column * TILE + u as i64, row * TILE + v as i64]);
@@ -101,9 +102,22 @@ impl FilledCells {
     }
 }
 
+/// Whether the plane goes on as densely beyond a cell, on any of its sides: then what is denser on the other
+/// side has been seen by more key frames, and the cell is no rim.
+fn goes_on(wide: &[[f32; WIDE]; WIDE], [u, v]: [usize; 2]) -> bool {
+    let (side, width) = (AROUND as usize, 2 * AROUND as usize + 1);
+    let own = wide[v + side][u + side] * (side * width) as f32;
+    let is_alike = |rows: Range<usize>, columns: Range<usize>| {
+        let cells = || rows.clone().flat_map(|row| &wide[v + row][u + columns.start..u + columns.end]);
+        cells().all(|weight| *weight > 0.0) && own >= FILLED_SHARE * cells().sum::<f32>()
+    };
+    let ends = [0..side, side + 1..width];
+    ends.into_iter().any(|beyond| is_alike(0..width, beyond.clone()) || is_alike(beyond, 0..width))
+}
+
 /// For the previous tile (0), the tile itself (1) and the next tile (2): the range of the wide array that it
 /// fills, and the first of its own rows or columns that goes there.
-fn part_of(tile: usize) -> (std::ops::Range<usize>, usize) {
+fn part_of(tile: usize) -> (Range<usize>, usize) {
     let around = AROUND as usize;
     match tile {
         0 => (0..around, SIDE - around),

@@ -19,16 +19,13 @@ use simplify::simplify_ring;
 
 use crate::plane_frame::PlaneFrame;
 
-/// The polygons around a picture's cells, which are `cell_size` metres wide, largest first. Holes of at most
-/// `max_hole_area` square metres are filled.
+/// The polygons around a picture's cells, which are `cell_size` metres wide, largest first.
 pub(crate) fn trace_boundary(
-    mut picture: CellPicture,
+    picture: &CellPicture,
     frame: PlaneFrame,
     cell_size: f64,
-    max_hole_area: f64,
     tolerance: f64,
 ) -> Vec<BoundaryPolygon> {
-    picture.fill_holes((max_hole_area / (cell_size * cell_size)) as usize);
     let (mut outlines, holes): (Vec<Ring>, Vec<Ring>) =
         picture.rings().into_iter().partition(|ring| doubled_area(ring) > 0);
     // The sort is stable: rings of equal area stay in the order in which they were traced.

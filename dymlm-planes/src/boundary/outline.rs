@@ -54,7 +54,7 @@ impl CellPicture {
     ///
     /// The search for a hole starts above each filled cell that has an empty cell there. Cells found to
     /// belong to too large an area are remembered, so that the outside is searched only once along its rim.
-    pub(super) fn fill_holes(&mut self, largest: usize) {
+    pub(crate) fn fill_holes(&mut self, largest: usize) {
         let starts: Vec<[i64; 2]> =
             self.cells().map(|[u, v]| [u, v + 1]).filter(|&[u, v]| !self.at(u, v)).collect();
         let mut open = Self::default();

@@ -54,7 +54,8 @@ use crate::shared_map::SharedMap;
 /// undone.
 ///
 /// Errors of a pose are shared by all that a camera at rest sees. So of the key frames from about one place
-/// the first 20 count fully in where a plane lies, and all later ones together as much as 20 more.
+/// the first 20 count fully in where a plane lies, and all later ones together as much as 20 more. What each
+/// of them counts was decided when it came, and stays when those before it are removed.
 ///
 /// The cost of an insertion depends on what the frame sees, not on the size and age of the map and its
 /// planes: voxels are stored in blocks, a spatial index finds the planes, and earlier key frames are visited

@@ -100,6 +100,10 @@ impl Sightings {
     }
 }
 
+/// How far off a plane its inliers' voxels are looked for, in voxels: as far as association lets them be, and
+/// the plane tilts afterwards.
+const OFF_PLANE: f64 = 4.0;
+
 impl MapPlane {
     /// A plane without any share added to it yet.
     pub(super) fn new((birth, id): (Birth, PlaneId), plane: Plane, shape: ShapeSettings) -> Self {
@@ -195,10 +199,10 @@ impl MapPlane {
 
     /// Its outlines with their holes, largest first. O(its voxels).
     pub fn boundary(&self) -> Vec<BoundaryPolygon> {
-        self.boundary_of(self.picture())
+        self.boundary_of(&self.picture())
     }
 
-    /// Area of the cells that hold inliers, square metres. O(its voxels).
+    /// Area within its [boundary](Self::boundary), before that is simplified, square metres. O(its voxels).
     pub fn area(&self) -> f64 {
         self.area_of(&self.picture())
     }
@@ -207,12 +211,11 @@ impl MapPlane {
     pub fn boundary_and_area(&self) -> (Vec<BoundaryPolygon>, f64) {
         let picture = self.picture();
         let area = self.area_of(&picture);
-        (self.boundary_of(picture), area)
+        (self.boundary_of(&picture), area)
     }
 
-    fn boundary_of(&self, picture: CellPicture) -> Vec<BoundaryPolygon> {
-        let ShapeSettings { voxel_size, max_hole_area, boundary_tolerance } = self.shape;
-        trace_boundary(picture, self.frame(), voxel_size, max_hole_area, boundary_tolerance)
+    fn boundary_of(&self, picture: &CellPicture) -> Vec<BoundaryPolygon> {
+        trace_boundary(picture, self.frame(), self.shape.voxel_size, self.shape.boundary_tolerance)
     }
 
     fn area_of(&self, picture: &CellPicture) -> f64 {
@@ -228,9 +231,13 @@ impl MapPlane {
         PlaneFrame::new(self.centroid, self.plane.normal())
     }
 
-    /// The picture of the plane's cells that hold inliers.
+    /// The picture of the plane's cells that hold inliers, without its small holes.
     fn picture(&self) -> CellPicture {
-        CellPicture::of(&FilledCells::new(self.standing_blocks(), self.shape.voxel_size, self.frame()))
+        let ShapeSettings { voxel_size, max_hole_area, .. } = self.shape;
+        let cells = FilledCells::new(self.standing_blocks(), voxel_size, self.frame());
+        let mut picture = CellPicture::of(&cells);
+        picture.fill_holes((max_hole_area / (voxel_size * voxel_size)) as usize);
+        picture
     }
 
     /// Its voxels that are not in free space, block by block.
@@ -252,8 +259,24 @@ impl MapPlane {
         let voxel_size = self.shape.voxel_size;
         let beside = || VoxelBox::around([point, point], voxel_size).grown(1);
         point.iter().all(|c| c.is_finite())
-            && self.patch.is_near(point, voxel_size)
-            && (self.judged.is_empty() || self.patch.voxels_in(&beside()).any(|voxel| self.stands(voxel)))
+            && (self.patch.is_near(point, voxel_size)
+                && (self.judged.is_empty()
+                    || self.patch.voxels_in(&beside()).any(|voxel| self.stands(voxel)))
+                || self.holds_off_plane(point))
+    }
+
+    /// Whether an inlier that was read farther off the plane than a voxel, at a pose that was off, is at a
+    /// point of the plane, or within a voxel of it.
+    fn holds_off_plane(&self, point: [f64; 3]) -> bool {
+        let voxel_size = self.shape.voxel_size;
+        let off = self.plane.normal().map(|n| OFF_PLANE * voxel_size * n.abs());
+        let corners = [-1.0, 1.0].map(|side| [0, 1, 2].map(|axis| point[axis] + side * off[axis]));
+        let region = VoxelBox::around(corners, voxel_size).grown(1);
+        let is_there = |voxel: PatchVoxel| {
+            let foot = foot_on(&self.plane, voxel.center(voxel_size));
+            norm(difference(foot, point)) <= voxel_size
+        };
+        self.patch.voxels_in(&region).any(|voxel| self.stands(voxel) && is_there(voxel))
     }
 
     /// The inlier nearest to a point of the plane, if one is within `reach` metres; the first among equally

@@ -15,4 +15,5 @@ mod moved_body;
 mod mover_boxes;
 mod partitions;
 mod ramps;
+mod shapes;
 mod steps;
