@@ -2,15 +2,17 @@ use dymlm_core::{BoundingBox, PinholeCamera};
 
 use crate::{Completeness, SideView};
 
-/// Intersection over union of a projected and a detected box. The projection is clipped to the image, and may
-/// reach beyond the detection on sides where something else cut the detection off.
+/// Intersection over union of a projected and a detected box. Both are clipped to the image: some detectors
+/// report whole things of which the image shows a part. The projection may reach beyond the detection on
+/// sides where something else cut the detection off.
 pub(crate) fn visible_iou(
     projected: &BoundingBox,
     detected: &BoundingBox,
     completeness: Completeness,
     camera: &PinholeCamera,
 ) -> f64 {
-    let Some(projected) = projected.clipped(camera.width(), camera.height()) else { return 0.0 };
+    let on_image = |own: &BoundingBox| own.clipped(camera.width(), camera.height());
+    let Some((projected, detected)) = on_image(projected).zip(on_image(detected)) else { return 0.0 };
     let [left, top, right, bottom] = completeness.sides().map(|side| side != SideView::Whole);
     let forgiven = |is_cut: bool, own: f32, limit: f32| if is_cut { limit } else { own };
     let sides = [
@@ -20,7 +22,7 @@ pub(crate) fn visible_iou(
         forgiven(bottom && projected.y_max() > detected.y_max(), projected.y_max(), detected.y_max()),
     ];
     // The projection lies wholly beyond a cut side: nothing is left of it.
-    BoundingBox::try_from(sides).map_or(0.0, |visible| visible.iou(detected))
+    BoundingBox::try_from(sides).map_or(0.0, |visible| visible.iou(&detected))
 }
 
 #[cfg(test)]
@@ -48,5 +50,7 @@ mod tests {
         let projected = BoundingBox::new(-50.0, 0.0, 50.0, 10.0).unwrap();
         let detected = BoundingBox::new(0.0, 0.0, 50.0, 10.0).unwrap();
         assert_eq!(visible_iou(&projected, &detected, Completeness::default(), &camera), 1.0);
+        // An amodal detector's box is cut as well.
+        assert_eq!(visible_iou(&projected, &projected, Completeness::default(), &camera), 1.0);
     }
 }

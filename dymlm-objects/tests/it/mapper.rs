@@ -2,7 +2,7 @@
 use std::collections::BTreeMap;
 
 use crate::common::{Scene, TABLE, looking, mapper, planes, upright};
-use dymlm_core::vector3::{dot, norm};
+use dymlm_core::vector3::{difference, dot, norm};
 use dymlm_core::{
     BoundingBox, DepthImage, Detection, Frame, Mask, ObjectId, Plane, PlaneId, Pose, SplitMix64, Succession,
 };
@@ -555,8 +555,10 @@ fn an_object_is_confirmed_by_detections_that_it_looks_like() {
             let found = (step % interval == 0).then(|| scene.detection(&pose, 0, "microwave"));
             let around = |detection: Detection| {
                 let own = detection.bounding_box();
-                let (left, top) = (own.x_min() - scale * own.width(), own.y_min() - scale * own.height());
-                let wide = BoundingBox::new(left, top, own.x_max(), own.y_max()).unwrap();
+                // Half of it towards each side, so that the image does not cut much of it.
+                let [x, y] = [own.width(), own.height()].map(|side| 0.5 * scale * side);
+                let [left, top, right, bottom] = own.into();
+                let wide = BoundingBox::new(left - x, top - y, right + x, bottom + y).unwrap();
                 Detection::new("microwave", 0.9, wide).unwrap()
             };
             let detections: Vec<Detection> = found.map(around).into_iter().collect();
@@ -796,5 +798,32 @@ mod saved_state {
                 seen(&damaged);
             }
         }
+    }
+}
+
+/// Regression: a detector that reports whole things, of which the image shows a part, had none of them
+/// confirmed.
+#[test]
+fn what_a_box_holds_beyond_the_image_does_not_count() {
+    // The image shows the right half of a microwave.
+    let scene = Scene::new(vec![upright([-0.35, 0.4, 0.15], 0.2, [0.5, 0.36, 0.3])]);
+    let center = |beyond: f32| -> [f64; 3] {
+        let mut mapper = mapper();
+        for step in 0_u8..6 {
+            let pose = looking([0.45 + 0.02 * f64::from(step), -0.9, 0.6], 0.4);
+            let frame = scene.frame(0.1 * f64::from(step), &pose);
+            let [x_min, y_min, x_max, y_max] = scene.image_box(&pose, 0).unwrap().into();
+            let sides = BoundingBox::new(x_min - beyond, y_min, x_max, y_max).unwrap();
+            let detections = [Detection::new("microwave", 0.8, sides).unwrap()];
+            mapper.insert(&ObjectView::new(&frame, &detections, &pose), &planes).unwrap();
+        }
+        let objects: Vec<_> = mapper.map().objects().collect();
+        assert_eq!(objects.len(), 1, "{beyond} px");
+        objects[0].oriented_box().center()
+    };
+    let clipped = center(0.0);
+    for beyond in [60.0, 120.0, 300.0] {
+        let apart = norm(difference(center(beyond), clipped));
+        assert!(apart < 0.02, "{beyond} px: {apart} m");
     }
 }
