@@ -7,6 +7,7 @@ use crate::direction::Direction;
 use crate::evidence::Evidence;
 use crate::fixed_point::{FixedPointFrame, ray_length};
 use crate::frame_scratch::FrameScratch;
+use crate::look_through::NEAREST;
 use crate::paging::PageFile;
 use crate::scan::Scan;
 use crate::shared_kept::SharedKept;
@@ -378,8 +379,11 @@ impl CloudMap {
             return Ok(());
         }
         let (most, max_depth) = (self.most_volume(), f64::from(self.weighting.sensor().max_depth));
-        let readings = frame.depth().data().iter().map(|&z| f64::from(z)).filter(|&z| z > 0.0);
-        let volume: f64 = readings.map(|z| volume_before(frame.camera(), z.min(max_depth))).sum();
+        // Blocks that reach nearer than this are looked into whatever was read, or was not.
+        let diagonal = 3.0_f64.sqrt() * self.evidence.cell_size() * BLOCK_SIDE as f64;
+        let nearest = f64::from(self.weighting.sensor().min_depth.max(NEAREST)) + diagonal;
+        let depths = frame.depth().data().iter().map(|&z| f64::from(z).max(nearest).min(max_depth));
+        let volume: f64 = depths.map(|z| volume_before(frame.camera(), z)).sum();
         if volume <= most {
             return Ok(());
         }

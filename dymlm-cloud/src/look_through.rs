@@ -4,6 +4,10 @@ use crate::block_store::{BLOCK_CELLS, BLOCK_SIDE, CellBits, cell_in_block};
 use crate::depth_tiles::DepthTiles;
 use crate::rounding::{ROUNDING_LIMIT, round_to_i32};
 
+/// Depth up to which blocks are looked into whatever was read before them, metres; more where the sensor
+/// reads nothing nearer.
+pub(crate) const NEAREST: f32 = 0.05;
+
 /// Finds the cells that a frame looks through.
 ///
 /// A frame looks through a cell when the reading at the cell's centre lies beyond it by more than the
@@ -209,7 +213,7 @@ impl LookThrough {
         if farthest < min_depth || nearest > max_depth {
             return BlockVerdict::Nothing;
         }
-        if nearest < min_depth.max(0.05) {
+        if nearest < min_depth.max(NEAREST) {
             let is_beside = |[low, high]: [f32; 2], offset: f32| {
                 let outside = |slope: f32, side: f32| {
                     side * (offset - slope * z) > radius * (1.0 + slope * slope).sqrt()

@@ -64,7 +64,7 @@ impl DepthNoise {
     }
 
     pub(crate) fn validate(&self) -> Result<(), ConfigError> {
-        check_range("sensor.noise.floor", self.floor.into(), 1e-5..=1.0)?;
+        check_range("sensor.noise.floor", self.floor.into(), 1e-5_f32.into()..=1.0)?;
         check_range("sensor.noise.growth", self.growth.into(), 0.0..=1.0)?;
         check_range("sensor.noise.start", self.start.into(), 0.0..=100.0)
     }

@@ -107,7 +107,7 @@ impl DepthRegistration {
     fn reading(&self, ray: [f64; 3], z: f64) -> Option<Footprint> {
         let (to, rotation) = (&self.color_camera, &self.rotation);
         let [x, y, depth] = [0, 1, 2].map(|axis| ray[axis] * z + self.translation[axis]);
-        if depth < NEAREST {
+        if !(NEAREST..=f64::from(f32::MAX)).contains(&depth) {
             return None;
         }
         let inverse = 1.0 / depth;

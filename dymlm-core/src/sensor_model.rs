@@ -150,6 +150,9 @@ mod tests {
             sensor.validate().unwrap_err().field
         };
         assert_eq!(refused(|sensor| sensor.noise.floor = 0.0), "sensor.noise.floor");
+        // The bound itself, in single precision.
+        let noise = DepthNoise { floor: 1e-5, ..DepthNoise::constant(0.01) };
+        assert!(SensorModel { noise, ..SensorModel::kinect() }.validate().is_ok());
         assert_eq!(refused(|sensor| sensor.noise.growth = f32::NAN), "sensor.noise.growth");
         assert_eq!(refused(|sensor| sensor.min_depth = -1.0), "sensor.min_depth");
         assert_eq!(refused(|sensor| sensor.max_depth = 0.2), "sensor.max_depth");

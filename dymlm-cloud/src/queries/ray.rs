@@ -40,11 +40,18 @@ impl StaticPoints<'_> {
         let [first, last] = self.cloud.bounds()?.map(|block| BlockKey::new(block).bounds(self.voxel_size()));
         let margin = radius + self.slack();
         let grown = [first[0].map(|c| c - margin), last[1].map(|c| c + margin)];
-        let [mut from, end] = crossing(origin, direction, grown)?;
-        let end = end.min(max_range);
-        // In parts as long as a block.
+        let [from, end] = crossing(origin, direction, grown)?;
+        // However far beside the ray they may lie, no points are before the box or behind it.
+        let ends = [0, 1, 2].map(|axis| {
+            let [a, b] = [first[0][axis] - self.slack(), last[1][axis] + self.slack()]
+                .map(|c| (c - origin[axis]) * direction[axis]);
+            [a.min(b), a.max(b)]
+        });
+        let [nearest, farthest] = [0, 1].map(|end| ends.iter().map(|ends| ends[end]).sum::<f64>());
+        let (mut from, end) = (from.max(nearest), end.min(farthest).min(max_range));
+        // In parts as long as a block, or as a wider ray is wide.
         while from <= end {
-            let to = from + self.block_side();
+            let to = from + self.block_side().max(radius);
             if to <= from {
                 // So far out that adding the side of a block changes nothing.
                 return None;

@@ -175,6 +175,11 @@ fn a_view_of_nearly_half_the_space_is_mapped() {
     let refused = map.insert(&wider, None, &Pose::identity()).unwrap_err();
     assert!(matches!(refused, Error::ViewTooLarge { volume, .. } if (volume - 819_200.0).abs() < 1.0));
     assert!(refused.to_string().contains("focal lengths"), "{refused}");
+    // Regression: an image without readings was taken, and half a minute passed.
+    let relative = PinholeCamera::new(640, 480, 0.8, 0.8, 319.5, 239.5).unwrap();
+    let unread = Frame::new(0.0, relative, DepthImage::empty(640, 480).unwrap(), None).unwrap();
+    let refused = map.insert(&unread, None, &Pose::identity()).unwrap_err();
+    assert!(matches!(refused, Error::ViewTooLarge { .. }), "{refused}");
     assert_eq!(map.held_voxels(), 0);
 
     let far = Pose::new([0.0, 1e5, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();

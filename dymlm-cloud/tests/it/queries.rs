@@ -142,6 +142,18 @@ fn a_ray_meets_the_first_point_beside_it() {
     assert!(hits > 40, "{hits}");
 }
 
+/// Regression: a ray as wide as a hall was followed in steps of eight voxels through all that is as near.
+#[test]
+fn a_wide_ray_is_followed_no_farther_than_the_map() {
+    let map = mapped(&Pose::identity());
+    let points = map.static_points();
+    let start = std::time::Instant::now();
+    // The map lies behind the first ray.
+    assert_eq!(points.cast_ray([0.0, 9.0, 0.0], [0.0, 1.0, 0.0], f64::INFINITY, 1e4), None);
+    assert!(points.cast_ray([0.0, -9.0, 0.0], [0.0, 1.0, 0.0], f64::INFINITY, 1e4).is_some());
+    assert!(start.elapsed().as_secs_f64() < 1.0, "{:?}", start.elapsed());
+}
+
 #[test]
 fn normals_are_those_of_the_surfaces_and_face_the_camera() {
     let (map, truth) = (mapped(&Pose::identity()), room(false));

@@ -321,3 +321,14 @@ fn the_nearer_of_two_readings_counts_and_what_it_hides_has_none() {
         Err(Error::SizeMismatch { actual_width: 3, .. })
     ));
 }
+
+/// Regression: readings near the greatest number, as some drivers mark what was not read, became infinite.
+#[test]
+fn a_registered_image_has_no_infinite_reading() {
+    let camera = PinholeCamera::new(8, 8, 4.0, 4.0, 3.5, 3.5).unwrap();
+    let turned = Pose::new([0.0; 3], [0.0, 0.3_f64.sin(), 0.0, 0.3_f64.cos()]).unwrap();
+    let registration = DepthRegistration::new(&camera, &camera, &turned);
+    let mut registered = DepthImage::empty(8, 8).unwrap();
+    registration.register(&DepthImage::new(8, 8, vec![f32::MAX; 64]).unwrap(), &mut registered).unwrap();
+    assert!(registered.data().iter().all(|z| z.is_finite()), "{:?}", registered.data());
+}
