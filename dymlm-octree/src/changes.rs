@@ -2,11 +2,11 @@ use crate::{Extent, Octree};
 
 impl Octree {
     /// Cubes in which log-odds differ from an earlier map of the same resolution: the earlier map's leaves
-    /// outside the cubes and this map's leaves inside them together are this map; a leaf is inside where its centre
-    /// is ([`leaves_in_box`](Self::leaves_in_box) also gives those that only touch the box). No
-    /// leaf of either map lies partly in a cube. A cube has 8 cells a side, more where a larger pruned leaf
-    /// was split, formed or changed as a whole, and where space became known of which nothing was. Cubes do
-    /// not overlap. Colours are not compared. The order is fixed.
+    /// outside the cubes and this map's leaves inside them together are this map; a leaf is inside where its
+    /// centre is ([`leaves_in_box`](Self::leaves_in_box) also gives those that only touch the box). No leaf
+    /// of either map lies partly in a cube. A cube has 8 cells a side, more where a larger pruned leaf was
+    /// split, formed or changed as a whole, and where space became known of which nothing was. Cubes do not
+    /// overlap. Colours are not compared. The order is fixed.
     ///
     /// O(nodes that the maps do not share): where the earlier map is a clone of this one, the nodes that have
     /// changed.

@@ -10,8 +10,8 @@ use crate::supporting_planes::MappedPlanes;
 const INTERVAL: f64 = 1.0;
 /// A plane or an object is removed when more than this share of its places that were read is free space.
 const FREE_SHARE: f64 = 0.5;
-/// Cells of the evidence that reach into a cell of the octree by less than this share of theirs only touch it:
-/// it is rounding.
+/// Cells of the evidence that reach into a cell of the octree by less than this share of theirs only touch
+/// it: it is rounding.
 const TOUCHING: f64 = 1e-6;
 
 /// When the maps were last compared with the evidence.

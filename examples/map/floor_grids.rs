@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dymlm::octree::{CellState, GridRegion, OccupancyGrid};
-use dymlm::{FloorGrid, FloorGridConfig, MultiLevelMap};
+use dymlm::{FloorGrid, FloorGridConfig, HistoryConfig, MultiLevelMap};
 use dymlm_examples::{AnyError, up_of_map};
 
 use crate::triple;
@@ -46,7 +46,8 @@ pub(crate) struct GridArguments {
 
 /// Makes the requested grids, and writes a .yaml and a .pgm file for each.
 pub(crate) fn write(arguments: &GridArguments) -> Result<(), AnyError> {
-    let map = MultiLevelMap::load(&arguments.map)?;
+    // Without its history, whose folder need not be on the machine where somebody looks at the map.
+    let map = MultiLevelMap::load_with_history(&arguments.map, HistoryConfig::None)?;
     let up = up_of_map(&map, arguments.up.as_deref().map(triple))?;
     let config = config_of(arguments);
     let floors = match &arguments.at {

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
 use dymlm::files::MapSaver;
-use dymlm::{FoundObject, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
+use dymlm::{FoundObject, HistoryConfig, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
 use dymlm_examples::{AnyError, Failure, read_pose, up_of_map};
 
 use crate::floor_grids::GridArguments;
@@ -191,7 +191,8 @@ pub(crate) fn triple(numbers: &[f64]) -> [f64; 3] {
 }
 
 fn gltf(folder: &Path, out: &Path, up: Option<[f64; 3]>) -> Result<(), AnyError> {
-    let map = MultiLevelMap::load(folder)?;
+    // Without its history, whose folder need not be on the machine where somebody looks at the map.
+    let map = MultiLevelMap::load_with_history(folder, HistoryConfig::None)?;
     map.write_glb(out, up_of_map(&map, up)?)?;
     println!("{:.1} MB: {}", std::fs::metadata(out)?.len() as f64 / 1e6, out.display());
     Ok(())

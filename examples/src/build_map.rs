@@ -118,8 +118,10 @@ pub fn build_map(open_detector: Option<&OpenDetector>) -> Result<(), AnyError> {
     let world_from_session = arguments.world_from_session.unwrap_or_default();
     let given_poses = (0..source.len()).filter_map(|index| source.pose(index));
     let up_of_images = mean_up(given_poses.map(|pose| world_from_session * pose));
-    if arguments.mcap.as_ref().is_some_and(|session| lies_in(session, &arguments.out)) {
-        // A folder that holds other files becomes no map; but a map may hold other files.
+    let is_map = arguments.out.join("manifest.json").exists();
+    if !is_map && arguments.mcap.as_ref().is_some_and(|session| lies_in(session, &arguments.out)) {
+        // A folder that holds other files becomes no map; but a map may hold other files. One that is there
+        // stays until another takes its place.
         saver.save(builder.map())?;
     }
     let interval = Duration::from_secs_f64(arguments.autosave);

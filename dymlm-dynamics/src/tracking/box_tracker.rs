@@ -439,8 +439,8 @@ impl Track {
         self.filter.box_since(self.seen_area, self.turned_size())
     }
 
-    /// The sides of the box around the ellipse in the detected box, which has turned with the image. A body has
-    /// no corners; those of a turned box would reach far beyond it.
+    /// The sides of the box around the ellipse in the detected box, which has turned with the image. A body
+    /// has no corners; those of a turned box would reach far beyond it.
     fn turned_size(&self) -> [f64; 2] {
         let ((sin, cos), [width, height]) = (self.roll.sin_cos(), self.seen_size);
         [(width * cos).hypot(height * sin), (width * sin).hypot(height * cos)]

@@ -252,8 +252,8 @@ fn after_a_pause_in_the_frames_nobody_is_known() {
     assert_eq!((ids(boxes), boxes[0].expected_depth), (vec![1], None));
 }
 
-/// Regression: no time between two results was taken for the detector's pace, and tracks were forgotten between
-/// its looks.
+/// Regression: no time between two results was taken for the detector's pace, and tracks were forgotten
+/// between its looks.
 #[test]
 fn a_look_that_is_given_twice_is_one_look() {
     let run = |copies: usize| {

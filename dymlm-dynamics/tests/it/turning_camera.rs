@@ -1,5 +1,5 @@
-//! Frames between two looks of the detector, from a camera that turns: who was found stays masked where they are
-//! seen now, and nobody is where they were in the image.
+//! Frames between two looks of the detector, from a camera that turns: who was found stays masked where they
+//! are seen now, and nobody is where they were in the image.
 
 use dymlm_core::{BoundingBox, DepthImage, Detection, Frame, PinholeCamera, Pose, SensorModel};
 use dymlm_dynamics::{BoxTracker, DynamicsConfig, Preprocessor, TrackerConfig, View};
@@ -64,8 +64,8 @@ fn who_stands_is_masked_while_the_camera_rolls() {
     }
 }
 
-/// Somebody 2 m before the camera, 1.7 m tall and half a metre wide, who walks along their own right at half a
-/// metre a second; the box around the ellipse in them, seen by a camera that has rolled.
+/// Somebody 2 m before the camera, 1.7 m tall and half a metre wide, who walks along their own right at half
+/// a metre a second; the box around the ellipse in them, seen by a camera that has rolled.
 fn walker(camera: &PinholeCamera, time: f64, pose: &Pose) -> Detection {
     let outline = (0..64).map(|i| f64::from(i) * std::f64::consts::TAU / 64.0);
     let seen = outline.map(|angle| {

@@ -32,8 +32,8 @@ pub(super) fn is_color(images: &ImageTopic) -> bool {
 /// The encodings of colours that are read, for messages.
 pub(super) const COLOR_ENCODINGS: &str = "rgb8, bgr8, rgba8, bgra8, mono8, 8UC3 and 8UC4";
 
-/// Bytes of a pixel in an encoding of colours, and whether blue comes first. OpenCV's images, which `cv_bridge`
-/// passes on as 8UC3 and 8UC4, have blue first.
+/// Bytes of a pixel in an encoding of colours, and whether blue comes first. Images of `cv::Mat`, which
+/// `cv_bridge` passes on as 8UC3 and 8UC4, have blue first.
 fn pixel_layout(encoding: &str) -> Option<(usize, bool)> {
     match encoding {
         "rgb8" => Some((3, false)),

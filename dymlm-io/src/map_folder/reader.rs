@@ -161,7 +161,8 @@ impl MapFolder {
     }
 }
 
-/// Whether a folder without a map has one after all, as soon as its writer is ready or the old one is put back.
+/// Whether a folder without a map has one after all, as soon as its writer is ready or the old one is put
+/// back.
 fn is_put_back(folder: &Path) -> Result<bool, Error> {
     let has_parent = folder.parent().is_some_and(|parent| parent.as_os_str().is_empty() || parent.exists());
     Ok(has_parent && recover_unless_written(&resolve(folder)?)?)

@@ -38,8 +38,8 @@ pub(super) fn resolve(folder: &Path) -> Result<PathBuf, Error> {
     }
 }
 
-/// Refuses a target that holds something other than a map, and one that cannot be renamed since a disk is mounted
-/// there.
+/// Refuses a target that holds something other than a map, and one that cannot be renamed since a disk is
+/// mounted there.
 pub(super) fn check_replaceable(target: &Path) -> Result<(), Error> {
     if is_mount_point(target) {
         let reason = "a mount point cannot be replaced by a finished map: name a folder in it";
@@ -133,8 +133,8 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Recovers for a reader that has found no map; returns whether there is one now. It waits while a writer holds
-/// the lock: the map is missing only between two renames.
+/// Recovers for a reader that has found no map; returns whether there is one now. It waits while a writer
+/// holds the lock: the map is missing only between two renames.
 pub(super) fn recover_unless_written(target: &Path) -> Result<bool, Error> {
     for _ in 0..MOST_LOOKS {
         // In this order: a writer that ends in between has left a map.

@@ -22,8 +22,8 @@ const CAMERA: &str = "camera";
 
 /// Writes a session for viewers: frames, and maps as they grow. The file is a ROS 2 bag in MCAP (messages in
 /// CDR, schemas `ros2msg`), for Foxglove, Rerun and the tools of ROS 2;
-/// [`McapRecording`](crate::McapRecording) reads its frames back; of frames with and without colour it reads only
-/// those with it, and says how many it leaves out.
+/// [`McapRecording`](crate::McapRecording) reads its frames back; of frames with and without colour it reads
+/// only those with it, and says how many it leaves out.
 ///
 /// | Topic | Message | |
 /// |---|---|---|

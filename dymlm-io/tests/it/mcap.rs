@@ -328,7 +328,7 @@ fn colors_of_an_encoding_that_is_not_read_are_told() {
     assert!(load_all(&mut recording).iter().all(|loaded| loaded.frame.color().is_none()));
 }
 
-/// `cv_bridge` passes on OpenCV's images as 8UC3, blue first.
+/// `cv_bridge` passes on a `cv::Mat` of colours as 8UC3, blue first.
 #[test]
 fn colors_of_opencv_are_read() {
     let folder = tempfile::tempdir().unwrap();

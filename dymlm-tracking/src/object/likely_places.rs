@@ -23,9 +23,9 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Where to look in one frame: in boxes of the object's label (any label, when it has none) and in `others`.
-    /// Where these are too many, each has its turn; `turn`: number of frames searched before. Other things of
-    /// the label never keep the search from the object's last place.
+    /// Where to look in one frame: in boxes of the object's label (any label, when it has none) and in
+    /// `others`. Where these are too many, each has its turn; `turn`: number of frames searched before. Other
+    /// things of the label never keep the search from the object's last place.
     pub(super) fn places(
         &self,
         scene: Scene<'_>,
@@ -125,8 +125,8 @@ mod tests {
         // Without readings only the size in the image tells how far away it is.
         assert_eq!([places(&unread, 2.0).len(), places(&unread, -2.0).len()], [1, 0]);
     }
-    /// Regression: two other books were looked at in each frame, and the last place never; and of three that were
-    /// alike, the list's order decided.
+    /// Regression: two other books were looked at in each frame, and the last place never; and of three that
+    /// were alike, the list's order decided.
     #[test]
     fn each_place_has_its_turn_whatever_the_order_of_detections() {
         let camera = PinholeCamera::new(640, 480, 500.0, 500.0, 319.5, 239.5).unwrap();

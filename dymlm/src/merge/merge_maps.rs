@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use dymlm_core::Pose;
+use dymlm_core::vector3::{dot, norm};
 use dymlm_dynamics::Preprocessor;
 
 use super::merged_log::{EventPlace, MergedLog};
@@ -11,6 +12,10 @@ use crate::replay::Replay;
 use crate::session_log::{Event, SessionLog};
 use crate::snapshots::Snapshots;
 use crate::{Error, MergeReport, MultiLevelMap, NewIds, Revision};
+
+/// Cosine of the angle within which two directions are both what is up, 1 degree: as exactly as an inertial
+/// sensor tells it.
+const SAME_UP: f64 = 0.999_847;
 
 /// Maps of several sessions or robots become one.
 impl MultiLevelMap {
@@ -55,7 +60,7 @@ impl MultiLevelMap {
     /// [`Error::Octree`] and [`Error::Planes`] when a pose lies outside what the maps can reach;
     /// [`Error::Paging`] when a file for pages cannot be made. Nothing has changed then.
     pub fn merge(&mut self, other: &Self, world_from_other: &Pose) -> Result<MergeReport, Error> {
-        self.check_configs(other)?;
+        self.check_configs(other, world_from_other)?;
         let [own_log, other_log] = [&*self, other].map(|map| map.past.log.as_ref().ok_or(Error::NoHistory));
         let (own_log, other_log) = (own_log?, other_log?);
         let world_from_log = (*world_from_other != Pose::identity()).then_some(world_from_other);
@@ -102,8 +107,18 @@ impl MultiLevelMap {
     }
 
     /// Refuses maps that were made with other configs; a different resolution is named first.
-    fn check_configs(&self, other: &Self) -> Result<(), Error> {
+    fn check_configs(&self, other: &Self, world_from_other: &Pose) -> Result<(), Error> {
         let (own, other) = (&*self.config, &*other.config);
+        let mut other_objects = other.objects.clone();
+        // What is up is given in each map's own world.
+        if let (Some(up), Some(other_up)) =
+            (own.objects.parameterization.up, other.objects.parameterization.up)
+        {
+            let other_up = world_from_other.rotate(other_up);
+            if dot(up, other_up) >= SAME_UP * norm(up) * norm(other_up) {
+                other_objects.parameterization.up = Some(up);
+            }
+        }
         for (field, own, other) in [
             ("cloud.voxel_size", own.cloud.voxel_size, other.cloud.voxel_size),
             ("octree.resolution", own.octree.resolution, other.octree.resolution),
@@ -119,7 +134,7 @@ impl MultiLevelMap {
             ("cloud", own.cloud == other.cloud),
             ("octree", own.octree == other.octree),
             ("planes.map", own.planes.map == other.planes.map),
-            ("objects", own.objects == other.objects),
+            ("objects", own.objects == other_objects),
             ("dynamics.mover_labels", mover_labels),
         ];
         match parts.into_iter().find(|(_, is_same)| !is_same) {

@@ -223,6 +223,24 @@ fn the_merged_maps_have_the_config_of_the_map_that_was_merged_into() {
     }
 }
 
+/// Regression: what is up was compared as if both worlds were parallel.
+#[test]
+fn maps_whose_up_is_given_in_their_own_worlds_merge() {
+    let turn = Pose::new([1.0, 0.0, 0.0], [0.6, 0.0, 0.0, 0.8]).unwrap();
+    let [early, late] = [0.0, 50.0].map(|time| map(&(0, time, frames(3))));
+    let with_up = |map: &MultiLevelMap, up: [f64; 3]| {
+        let mut map = map.clone();
+        Arc::make_mut(&mut map.config).objects.parameterization.up = Some(up);
+        map
+    };
+    let up = [0.0, 0.0, 2.0];
+    let mut merged = with_up(&early, up);
+    merged.merge(&with_up(&late, turn.rotate([0.0, 0.0, 1.0])), &turn.inverse()).unwrap();
+    assert_eq!((merged.sessions().len(), merged.config().objects.parameterization.up), (2, Some(up)));
+    let error = with_up(&early, up).merge(&with_up(&late, [1.0, 0.0, 0.0]), &turn.inverse()).unwrap_err();
+    assert!(matches!(error, Error::ConfigsDiffer { .. }), "{error}");
+}
+
 /// What a session's first key frame has shown may be mended or taken out later: it is the same session.
 #[test]
 fn a_session_whose_first_key_frame_is_gone_in_one_map_is_the_same_session() {

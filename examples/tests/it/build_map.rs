@@ -224,6 +224,23 @@ fn pictures_are_taken_from_the_corrected_poses() {
     assert!(others < WIDTH * HEIGHT / 50, "{others} pixels differ");
 }
 
+/// A run that comes to nothing leaves the map of the run before, also where its session file lies beside that
+/// map.
+#[test]
+fn a_run_that_fails_leaves_the_map_beside_its_session_file() {
+    let (_parent, dataset, out) = paths();
+    let session = out.join("session.mcap");
+    let [dataset_name, out_name, session] = [&dataset, &out, &session].map(|path| path.to_str().unwrap());
+    let Some(run) = build_map(&["--dataset", dataset_name, "--out", out_name]) else { return };
+    assert!(run.status.success());
+    for index in 0..FRAMES {
+        fs::write(dataset.join(format!("{index}_depth.png")), b"no image").unwrap();
+    }
+    let run = build_map(&["--dataset", dataset_name, "--out", out_name, "--mcap", session]).unwrap();
+    assert!(!run.status.success());
+    assert!(MultiLevelMap::load(&out).unwrap().cloud().frames() > 0);
+}
+
 #[test]
 fn a_second_run_goes_on_with_the_maps_of_the_first() {
     let (parent, dataset, out) = paths();

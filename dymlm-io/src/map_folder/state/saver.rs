@@ -91,8 +91,8 @@ impl MapFolderSaver {
     /// # Errors
     ///
     /// [`Error::Malformed`] when the folder is no longer [as it was left](Self::is_as_left); those of
-    /// `write`, and of [`MapFolderWriter`]. The last saved map is still there then. Older parts that turn out to be
-    /// damaged are kept as they are: what is new is saved all the same.
+    /// `write`, and of [`MapFolderWriter`]. The last saved map is still there then. Older parts that turn out
+    /// to be damaged are kept as they are: what is new is saved all the same.
     pub fn save<C, N>(
         &mut self,
         config: &C,
@@ -213,8 +213,8 @@ impl StateWriter {
         write(&mut sink).map_err(Error::io(target))
     }
 
-    /// Copies parts out of segments that are not worth keeping; returns the new segment's number, the new index,
-    /// and whether a segment was found damaged.
+    /// Copies parts out of segments that are not worth keeping; returns the new segment's number, the new
+    /// index, and whether a segment was found damaged.
     fn finish(mut self) -> Result<(u32, StateIndex, bool), Error> {
         for number in self.index.to_be_folded(self.segment.end()) {
             match self.fold(number) {

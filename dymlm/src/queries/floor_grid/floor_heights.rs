@@ -17,8 +17,8 @@ const UNKNOWN: i32 = i32::MIN;
 const RISER_CELLS: usize = 2;
 
 /// The height of the floor under each cell of a region. Where no plane of the floor was read it goes on as
-/// high as at a place nearby where one was: that of the fewest steps from cell to cell, straight or across. 4 bytes a cell, beside 17 of the grid, which has two heights for
-/// each.
+/// high as at a place nearby where one was: that of the fewest steps from cell to cell, straight or across. 4
+/// bytes a cell, beside 17 of the grid, which has two heights for each.
 #[derive(Debug, Clone)]
 pub(super) struct FloorHeights {
     resolution: f64,
