@@ -181,14 +181,28 @@ impl CloudMap {
         Ok(report)
     }
 
-    /// Takes a frame out again: pose and masks must be those with which it was inserted. All sums and counts are
-    /// exactly those without it; what the evidence had joined to one period of time for it stays joined.
+    /// Takes a frame out again: pose and masks must be those with which it was inserted. All sums and counts
+    /// are exactly those without it; what the evidence had joined to one period of time for it stays joined.
+    /// Blocks in which nothing is left are dropped, so that memory follows what the map holds; where there
+    /// are any, O(blocks held).
     ///
     /// # Errors
     ///
     /// As [`CloudMap::insert`]; [`Error::NotInserted`] when a sum would go negative. (A frame that was never
     /// inserted is not noticed if other frames cover each of its readings as well.)
     pub fn remove(
+        &mut self,
+        frame: &Frame,
+        masks: Option<MoverMasks<'_>>,
+        world_from_camera: &Pose,
+    ) -> Result<(), Error> {
+        self.remove_counts(frame, masks, world_from_camera)?;
+        self.drop_void_blocks();
+        Ok(())
+    }
+
+    /// The same without dropping the blocks in which nothing is left: slots stay as they are.
+    pub(crate) fn remove_counts(
         &mut self,
         frame: &Frame,
         masks: Option<MoverMasks<'_>>,

@@ -185,6 +185,15 @@ impl Epochs {
         counts.skip(if is_settled { newer } else { 0 })
     }
 
+    /// Whether all that was counted has been taken out again.
+    pub(crate) fn is_void(&self) -> bool {
+        self.periods.iter().all(|period| {
+            period.looked_through == 0
+                && (period.cells.is_empty()
+                    || (0..BLOCK_CELLS).all(|index| period.cells.get(index).iter().all(|&count| count == 0)))
+        })
+    }
+
     /// Whether any cell differs from the others: if none does, no surface and no mover was read.
     pub(crate) fn has_cells(&self) -> bool {
         self.periods.iter().any(|period| !period.cells.is_empty())

@@ -351,11 +351,16 @@ impl Evidence {
         }
     }
 
-    /// Forgets the blocks for which `is_forgotten` (given the lowest and highest corner, metres) is true; the
-    /// blocks around them count as changed.
-    pub(crate) fn forget(&mut self, is_forgotten: impl Fn([[f64; 3]; 2]) -> bool) -> Option<Retained> {
-        let cell_size = self.cell_size();
-        let retained = self.blocks.retain(|key| !is_forgotten(key.bounds(cell_size)))?;
+    /// The blocks that the current frame has changed, and in which no count is left.
+    pub(crate) fn void_blocks(&self) -> Vec<BlockKey> {
+        let changed = self.blocks.stamps().after(self.revision.saturating_sub(1));
+        let void = changed.filter(|&slot| self.blocks.blocks()[slot].look().epochs.is_void());
+        void.map(|slot| self.blocks.keys()[slot]).collect()
+    }
+
+    /// Forgets the blocks for which `is_forgotten` is true; the blocks around them count as changed.
+    pub(crate) fn forget(&mut self, is_forgotten: impl Fn(BlockKey) -> bool) -> Option<Retained> {
+        let retained = self.blocks.retain(|key| !is_forgotten(key))?;
         self.reads.clear();
         self.revision += 1;
         for &slot in &retained.around {

@@ -11,9 +11,32 @@ impl CloudMap {
     /// Frames that reach farther can no longer be [removed](CloudMap::remove). O(blocks held); only what is
     /// near the border is judged anew.
     pub fn forget_outside(&mut self, center: [f64; 3], radius: f64) {
-        let Some(cells) = self.evidence.forget(|block| distances_to_box(center, block)[0] > radius) else {
-            return;
-        };
+        let cell_size = self.evidence.cell_size();
+        self.forget_blocks(|key| distances_to_box(center, key.bounds(cell_size))[0] > radius);
+    }
+
+    /// Forgets the blocks that the frame taken out last has left without any count: else whoever takes frames
+    /// out as they grow old would keep a block of each place that was ever seen.
+    pub(crate) fn drop_void_blocks(&mut self) {
+        let mut void: Vec<BlockKey> = self.evidence.void_blocks();
+        // What a body has left or brought may have voxels all the same.
+        void.retain(|&key| {
+            let (first, side) = self.evidence.voxel_blocks_over(key);
+            let mut is_empty = true;
+            self.voxels.slots_within(first, side, |slot| {
+                is_empty &= self.voxels.blocks()[slot].look().len() == 0;
+            });
+            is_empty
+        });
+        if !void.is_empty() {
+            void.sort_unstable();
+            self.forget_blocks(|key| void.binary_search(&key).is_ok());
+        }
+    }
+
+    /// Forgets blocks of the evidence, and the voxels in them.
+    fn forget_blocks(&mut self, is_forgotten: impl Fn(BlockKey) -> bool) {
+        let Some(cells) = self.evidence.forget(is_forgotten) else { return };
         let evidence = &self.evidence;
         let stays = |key: BlockKey| evidence.slot_of(key.cell(0)).is_some();
         let blocks = self.voxels.keys().iter().zip(self.voxels.blocks().iter());

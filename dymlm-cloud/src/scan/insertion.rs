@@ -61,7 +61,9 @@ impl CloudMap {
         let scan = Scan { timestamp, points, world_from_sensor };
         self.take_out(timestamp, |map| {
             map.apply_scan(scan, &lattice, Direction::Remove);
-        })
+        })?;
+        self.drop_void_blocks();
+        Ok(())
     }
 
     /// Checks that a scan of this time and from this place can be inserted: an insertion refuses nothing

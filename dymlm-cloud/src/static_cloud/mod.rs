@@ -704,7 +704,7 @@ mod tests {
         for step in 0..14 {
             if step % 5 == 4 {
                 let (frame, pose): (Frame, Pose) = frames.swap_remove(step as usize % frames.len());
-                map.remove(&frame, None, &pose).unwrap();
+                map.remove_counts(&frame, None, &pose).unwrap();
             } else {
                 let (frame, pose) = frame(step, are_colored(step), &mut random);
                 map.insert(&frame, None, &pose).unwrap();

@@ -1170,3 +1170,35 @@ mod saved_state {
         assert!(saved_parts(|sink| map.save_state(Some(&map.to_saved()), sink)).is_empty());
     }
 }
+
+/// Regression: a block stayed of each place that had ever been seen.
+#[test]
+fn a_window_of_frames_takes_the_memory_of_what_it_holds() {
+    let mut map = CloudMap::new(config(0.01), SensorModel::kinect()).unwrap();
+    let view = |step: i32| {
+        let camera = PinholeCamera::new(64, 48, 55.0, 55.0, 31.5, 23.5).unwrap();
+        let depth = DepthImage::new(64, 48, vec![2.0; 64 * 48]).unwrap();
+        let pose = Pose::new([0.2 * f64::from(step), 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        (Frame::new(0.5 * f64::from(step), camera, depth, None).unwrap(), pose)
+    };
+    let mut early = 0;
+    for step in 0..200 {
+        let (frame, pose) = view(step);
+        map.insert(&frame, None, &pose).unwrap();
+        if step >= 10 {
+            let (frame, pose) = view(step - 10);
+            map.remove(&frame, None, &pose).unwrap();
+        }
+        // Verdicts and static points are kept, too.
+        std::hint::black_box(map.len());
+        if step == 20 {
+            early = map.memory_bytes();
+        }
+    }
+    assert!(map.memory_bytes() < 2 * early, "{} after {early} bytes", map.memory_bytes());
+    for step in 190..200 {
+        let (frame, pose) = view(step);
+        map.remove(&frame, None, &pose).unwrap();
+    }
+    assert!(map.memory_bytes() < early / 10, "{} after {early} bytes", map.memory_bytes());
+}

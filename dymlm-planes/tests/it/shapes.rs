@@ -20,8 +20,8 @@ fn areas(boundary: &[BoundaryPolygon]) -> Vec<f64> {
     boundary.iter().map(BoundaryPolygon::area).collect()
 }
 
-/// Regression: cells between the samples of a wall 2.5 m away, which lie farther apart than the cells are wide,
-/// were within the boundary and not in the area.
+/// Regression: cells between the samples of a wall 2.5 m away, which lie farther apart than the cells are
+/// wide, were within the boundary and not in the area.
 #[test]
 fn the_area_is_that_within_the_boundary() {
     for (camera, depth) in [(kinect(), 2.0), (kinect(), 2.5), (camera(), 2.5)] {
@@ -38,7 +38,8 @@ fn the_area_is_that_within_the_boundary() {
     }
 }
 
-/// Regression: what was seen from aside while the camera rested was the rim of what it had seen in the middle.
+/// Regression: what was seen from aside while the camera rested was the rim of what it had seen in the
+/// middle.
 #[test]
 fn what_was_looked_at_for_long_is_one_with_what_is_beside_it() {
     let wall = World::of(&[upright([0.0, 2.0, 1.0], 6.0, 4.0)]);
