@@ -187,11 +187,7 @@ impl Epochs {
 
     /// Whether all that was counted has been taken out again.
     pub(crate) fn is_void(&self) -> bool {
-        self.periods.iter().all(|period| {
-            period.looked_through == 0
-                && (period.cells.is_empty()
-                    || (0..BLOCK_CELLS).all(|index| period.cells.get(index).iter().all(|&count| count == 0)))
-        })
+        (0..BLOCK_CELLS).all(|index| self.of_cell(index).all(|(_, counts)| counts == Support::default()))
     }
 
     /// Whether any cell differs from the others: if none does, no surface and no mover was read.

@@ -2,10 +2,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dymlm::octree::{CellState, GridRegion, OccupancyGrid};
-use dymlm::{FloorGrid, FloorGridConfig, HistoryConfig, MultiLevelMap};
+use dymlm::{FloorGrid, FloorGridConfig};
 use dymlm_examples::{AnyError, up_of_map};
 
-use crate::triple;
+use crate::{load_to_look, triple};
 
 #[derive(Args)]
 pub(crate) struct GridArguments {
@@ -46,8 +46,7 @@ pub(crate) struct GridArguments {
 
 /// Makes the requested grids, and writes a .yaml and a .pgm file for each.
 pub(crate) fn write(arguments: &GridArguments) -> Result<(), AnyError> {
-    // Without its history, whose folder need not be on the machine where somebody looks at the map.
-    let map = MultiLevelMap::load_with_history(&arguments.map, HistoryConfig::None)?;
+    let map = load_to_look(&arguments.map)?;
     let up = up_of_map(&map, arguments.up.as_deref().map(triple))?;
     let config = config_of(arguments);
     let floors = match &arguments.at {

@@ -190,9 +190,13 @@ pub(crate) fn triple(numbers: &[f64]) -> [f64; 3] {
     std::array::from_fn(|axis| numbers.get(axis).copied().unwrap_or(0.0))
 }
 
+/// Loads a map without its history, whose folder need not be on the machine where somebody looks at the map.
+pub(crate) fn load_to_look(folder: &Path) -> Result<MultiLevelMap, dymlm::Error> {
+    MultiLevelMap::load_with_history(folder, HistoryConfig::None)
+}
+
 fn gltf(folder: &Path, out: &Path, up: Option<[f64; 3]>) -> Result<(), AnyError> {
-    // Without its history, whose folder need not be on the machine where somebody looks at the map.
-    let map = MultiLevelMap::load_with_history(folder, HistoryConfig::None)?;
+    let map = load_to_look(folder)?;
     map.write_glb(out, up_of_map(&map, up)?)?;
     println!("{:.1} MB: {}", std::fs::metadata(out)?.len() as f64 / 1e6, out.display());
     Ok(())

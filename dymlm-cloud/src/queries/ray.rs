@@ -42,12 +42,13 @@ impl StaticPoints<'_> {
         let grown = [first[0].map(|c| c - margin), last[1].map(|c| c + margin)];
         let [from, end] = crossing(origin, direction, grown)?;
         // However far beside the ray they may lie, no points are before the box or behind it.
-        let ends = [0, 1, 2].map(|axis| {
+        let (mut nearest, mut farthest) = (0.0, 0.0);
+        for axis in 0..3 {
             let [a, b] = [first[0][axis] - self.slack(), last[1][axis] + self.slack()]
                 .map(|c| (c - origin[axis]) * direction[axis]);
-            [a.min(b), a.max(b)]
-        });
-        let [nearest, farthest] = [0, 1].map(|end| ends.iter().map(|ends| ends[end]).sum::<f64>());
+            nearest += a.min(b);
+            farthest += a.max(b);
+        }
         let (mut from, end) = (from.max(nearest), end.min(farthest).min(max_range));
         // In parts as long as a block, or as a wider ray is wide.
         while from <= end {

@@ -162,8 +162,9 @@ impl BoxTracker {
         wanted: impl Fn(&Detection) -> bool,
     ) -> Result<&[TrackedBox], Error> {
         let elapsed = self.check_time(timestamp)?;
-        self.forget_before(timestamp - self.memory());
         self.move_on(elapsed, view);
+        // During a pause in the frames nobody did.
+        self.forget_lost(timestamp);
         // A second look at the same time says nothing of the detector's pace.
         if timestamp > self.last_look {
             self.look_intervals = [timestamp - self.last_look, self.look_intervals[0]];
@@ -352,11 +353,6 @@ impl BoxTracker {
         let [newest, before] = self.look_intervals;
         let two_looks = (2.0 * newest.min(before)).min(LONGEST_MEMORY);
         self.config.max_age.max(self.config.max_coast).max(two_looks) + TIME_SLACK
-    }
-
-    /// Forgets the tracks that were seen last before a time: during a pause in the frames nobody did.
-    fn forget_before(&mut self, time: f64) {
-        self.tracks.retain(|track| track.last_seen >= time);
     }
 
     fn forget_lost(&mut self, timestamp: f64) {

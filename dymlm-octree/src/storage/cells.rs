@@ -74,16 +74,8 @@ impl Cells {
         match self {
             Self::Few(table) => table.all(cells, holds),
             Self::Many(values) => {
-                let in_word = |mut word: u64, values: &[f32; 64]| loop {
-                    if word == 0 {
-                        return true;
-                    }
-                    if !holds(values[word.trailing_zeros() as usize]) {
-                        return false;
-                    }
-                    word &= word - 1;
-                };
-                cells.iter().zip(values.as_chunks().0).all(|(&word, values)| in_word(word, values))
+                let mut words = cells.iter().zip(values.as_chunks::<64>().0);
+                words.all(|(&word, values)| all_bits(word, |bit| holds(values[bit])))
             }
         }
     }
@@ -205,14 +197,7 @@ impl Table {
             {
                 return held[usize::from(place)];
             }
-            let mut rest = word;
-            while rest != 0 {
-                if !held[usize::from(places[rest.trailing_zeros() as usize])] {
-                    return false;
-                }
-                rest &= rest - 1;
-            }
-            true
+            all_bits(word, |bit| held[usize::from(places[bit])])
         };
         cells.iter().zip(self.places.as_chunks().0).all(|(&word, places)| in_word(word, places))
     }
@@ -261,6 +246,18 @@ impl Table {
         }
         self.values = kept;
     }
+}
+
+/// Whether `holds` for each bit that is set, the lowest first.
+#[inline]
+fn all_bits(mut word: u64, holds: impl Fn(usize) -> bool) -> bool {
+    while word != 0 {
+        if !holds(word.trailing_zeros() as usize) {
+            return false;
+        }
+        word &= word - 1;
+    }
+    true
 }
 
 /// The place of all of 64 cells, if it is the same: free space is mostly of one value.

@@ -125,6 +125,7 @@ mod tests {
         // Without readings only the size in the image tells how far away it is.
         assert_eq!([places(&unread, 2.0).len(), places(&unread, -2.0).len()], [1, 0]);
     }
+
     /// Regression: two other books were looked at in each frame, and the last place never; and of three that
     /// were alike, the list's order decided.
     #[test]
