@@ -12,7 +12,7 @@ const HEIGHT: usize = 240;
 fn frames() -> Vec<SimulatedFrame> {
     let mut config = SequenceConfig::default();
     config.camera = PinholeCamera::new(WIDTH, HEIGHT, 262.5, 262.5, 159.5, 119.5).ok();
-    Sequence::new(&config).unwrap().frames().step_by(5).collect()
+    Sequence::new(&config).unwrap().frames().step_by(10).collect()
 }
 
 /// Turns an image's rows or columns round.
