@@ -72,7 +72,7 @@ pub struct ObjectMapper {
     report: ObjectReport,
 }
 
-/// Greatest magnitude of a camera's coordinates, metres: within it places are exact to a micrometre.
+/// Greatest magnitude of the coordinates of a camera or of what is moved, metres: within it places are exact to a micrometre.
 const REACH: f64 = 1e8;
 /// Least intersection over union of an object's projection and a detected box at which the detection may mean
 /// the object. A lower value loses things before or behind other objects, a higher one creates objects from
@@ -171,7 +171,7 @@ impl ObjectMapper {
     /// As [`insert`](Self::insert).
     pub fn check(&self, view: &ObjectView<'_>) -> Result<(), Error> {
         let position = view.world_from_camera.translation();
-        if !position.iter().all(|c| c.abs() <= REACH) {
+        if !is_in_reach(position) {
             return Err(Error::OutOfReach { position, reach: REACH });
         }
         let timestamp = view.frame.timestamp();
@@ -339,9 +339,13 @@ impl ObjectMapper {
     }
 
     /// Moves an object with its points and views, and [releases](Self::release) it. Returns its new box;
-    /// `None` when the map has no object of this id.
+    /// `None` when the map has no object of this id, or does not reach as far as its new place.
     pub fn move_object(&mut self, object: ObjectId, new_from_old: &Pose) -> Option<OrientedBox> {
-        let birth = self.map.object(object)?.birth;
+        let mapped = self.map.object(object)?;
+        if !is_in_reach(new_from_old.transform_point(mapped.oriented_box.center())) {
+            return None;
+        }
+        let birth = mapped.birth;
         let place = self.map.place(birth)?;
         self.held.remove(&birth);
         let moved = self.map.objects.get_mut(place).map(Arc::make_mut)?;
@@ -685,6 +689,10 @@ impl ObjectMapper {
             }
         }
     }
+}
+
+fn is_in_reach(place: [f64; 3]) -> bool {
+    place.iter().all(|c| c.abs() <= REACH)
 }
 
 /// The share of the frames with an object in view that must have detected it to confirm it. What a detector

@@ -130,7 +130,7 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::UnknownObject`]; [`Error::Planes`] when the object was put down outside what the maps can
-    /// reach. Nothing has changed then.
+    /// reach. The maps stay as they were then, and have it at its old place until it is put down within their reach.
     pub fn follow_object(
         &mut self,
         object: ObjectId,
@@ -147,7 +147,13 @@ impl MapBuilder {
                 let moved_from = known.map_or(rest.moved_from, |it| it.map_from_tracker * rest.moved_from);
                 let new_from_old = rest.world_from_object * moved_from.inverse();
                 let tracked = body_at(tracker, &moved_from, RIM_AT_REST);
-                Some(self.put_down(object, BodyMotion { new_from_old, tracked })?)
+                let moved = self.put_down(object, BodyMotion { new_from_old, tracked });
+                if moved.is_err() {
+                    // The tracker goes on from there, the maps from where they have it still.
+                    let followed = self.followed.entry(object).or_default();
+                    followed.map_from_tracker = new_from_old.inverse();
+                }
+                Some(moved?)
             }
             None => None,
         };
@@ -233,7 +239,8 @@ impl MultiLevelMap {
                 && support.is_none_or(|support| support.plane.signed_distance(place) > CLEARANCE)
         };
 
-        // First, because only the plane map may refuse.
+        // First, because only the plane map may refuse: it does not reach as far as the others.
+        self.planes.check_reach(&from.transformed(new_from_old).world_from_box())?;
         let planes = self.planes.move_body(new_from_old, is_body)?;
         let around =
             OrientedBox::around(&places).and_then(|around| around.with_rim(self.octree.resolution()).ok());

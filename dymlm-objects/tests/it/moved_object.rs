@@ -48,6 +48,8 @@ fn it_moves_with_all_that_is_known_of_it() {
     assert!(inside.count() * 10 >= after.point_count() * 9);
     assert!(after.point_count() * 10 >= before.point_count() * 7);
     assert_eq!(mapper.move_object(ObjectId::new(99), &motion), None);
+    let too_far = Pose::new([0.0, 2e9, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    assert_eq!(mapper.move_object(before.id(), &too_far), None);
 }
 
 #[test]

@@ -5,7 +5,9 @@ use dymlm::core::{Frame, FrameId, ObjectId, PinholeCamera, Pose};
 use dymlm::geometry::OrientedBox;
 use dymlm::objects::MapObject;
 use dymlm::octree::CellState;
-use dymlm::tracking::{Error as TrackingError, ObjectState, ObjectTrackerConfig};
+use dymlm::tracking::{
+    Error as TrackingError, ObjectState, ObjectTracker, ObjectTrackerConfig, ObjectUpdate, RestReport,
+};
 use dymlm::{Detections, Error, HistoryConfig, MapBuilder, MapConfig, ObjectMove, Selection};
 use dymlm_sim::{
     CameraPath, CarriedKind, CarriedMotion, CarriedObject, CarriedThing, Sequence, SequenceConfig,
@@ -61,6 +63,28 @@ fn top(thing: &CarriedThing) -> [f64; 3] {
     thing.world_from_object.transform_point([0.0, 0.0, 0.5 * thing.lengths[2]])
 }
 
+/// From a place of the room to one that the maps do not reach.
+fn far_away() -> Pose {
+    Pose::new([1e5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap()
+}
+
+/// Tells the maps that an object has come to rest where they do not reach, instead of where it has: they stay
+/// as they are.
+fn put_down_far_away(
+    builder: &mut MapBuilder,
+    object: ObjectId,
+    tracker: &ObjectTracker,
+    update: &ObjectUpdate,
+    mut rest: RestReport,
+) {
+    rest.world_from_object = far_away() * rest.moved_from;
+    let mut update = update.clone();
+    update.came_to_rest = Some(rest);
+    let before = fingerprint(builder.map());
+    assert!(matches!(builder.follow_object(object, tracker, &update), Err(Error::Planes(_))));
+    assert!(fingerprint(builder.map()) == before);
+}
+
 fn object_at(builder: &MapBuilder, thing: &CarriedThing) -> Option<ObjectId> {
     let place = thing.world_from_object.translation();
     let near = |center: [f64; 3]| (0..3).map(|i| (center[i] - place[i]).powi(2)).sum::<f64>().sqrt() < 0.06;
@@ -85,7 +109,12 @@ fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
     let mut moves: Vec<ObjectMove> = Vec::new();
     for index in (BEFORE..FRAMES).step_by(STEP) {
         let frame = sequence.frame(index).unwrap();
-        let update = tracker.track(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        let mut update = tracker.track(&frame.frame, &frame.detections, &frame.world_from_camera).unwrap();
+        if let Some(rest) = update.came_to_rest {
+            put_down_far_away(&mut builder, object, &tracker, &update, rest);
+            // So the tracker would tell of the next place.
+            update.came_to_rest.as_mut().unwrap().moved_from = far_away() * rest.moved_from;
+        }
         let moved = builder.follow_object(object, &tracker, &update).unwrap();
         if moved.is_some() {
             // At once, before any frame more is mapped.
