@@ -1,14 +1,14 @@
 use dymlm_core::Pose;
-use dymlm_core::vector3::{along, difference};
+use dymlm_core::vector3::{along, any_across, cross, difference, dot, norm, unit};
 use dymlm_geometry::rigid_alignment;
 
 /// Distance of estimated poses from the true ones.
 ///
 /// The absolute trajectory error of Sturm et al. ("A Benchmark for the Evaluation of RGB-D SLAM Systems",
 /// IROS 2012). A trajectory's place in the world is arbitrary, so the estimate is first aligned with the
-/// truth by the rigid motion that fits positions best. Attitudes are compared after the rotation that fits
-/// attitudes best, since the positions of a camera at rest do not fix it. That rotation also aligns positions
-/// that lie on a line.
+/// truth by the rigid motion that fits positions best; of several, as for positions on a line, the nearest one
+/// to that which fits attitudes best. Attitudes are compared after the rotation that fits attitudes best, since
+/// the positions of a camera at rest do not fix it.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -40,7 +40,10 @@ impl TrajectoryScore {
         let (estimated, truth) = (&estimated[..count], &truth[..count]);
         let by_attitudes = attitude_alignment(estimated, truth)?;
         let positions = |poses: &[Pose]| poses.iter().map(Pose::translation).collect::<Vec<_>>();
-        let by_positions = rigid_alignment(&positions(estimated), &positions(truth)).unwrap_or(by_attitudes);
+        let (from, to) = (positions(estimated), positions(truth));
+        let by_positions = rigid_alignment(&from, &to)
+            .or_else(|| line_alignment(&from, &to, &by_attitudes))
+            .unwrap_or(by_attitudes);
         let mean_square = |alignment: Pose, error: fn(&Pose, &Pose) -> f64| {
             let squares =
                 estimated.iter().zip(truth).map(|(one, other)| error(&(alignment * *one), other).powi(2));
@@ -63,11 +66,34 @@ fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
         ends.flat_map(|end| [end, end.map(|x| -x)]).collect()
     };
     let turn = rigid_alignment(&axes(estimated), &axes(truth))?;
-    let mean = |poses: &[Pose]| {
-        let share = 1.0 / poses.len() as f64;
-        poses.iter().fold([0.0; 3], |mean, pose| along(mean, share, pose.translation()))
-    };
+    let mean = |poses: &[Pose]| mean(&poses.iter().map(Pose::translation).collect::<Vec<_>>());
     Pose::new(difference(mean(truth), turn.rotate(mean(estimated))), turn.quaternion()).ok()
+}
+
+/// The rigid motion that fits positions best where one of the two lists is on a line, which leaves the turn about
+/// the line open: the nearest to `guess`. `None` where one of the lists is at one place.
+fn line_alignment(from: &[[f64; 3]], to: &[[f64; 3]], guess: &Pose) -> Option<Pose> {
+    let (from_mean, to_mean) = (mean(from), mean(to));
+    // Their covariance is of rank 1: each of its rows is along the one line, each of its columns along the other.
+    let mut covariance = [[0.0; 3]; 3];
+    for (one, other) in from.iter().zip(to) {
+        let (one, other) = (difference(*one, from_mean), difference(*other, to_mean));
+        (0..3).for_each(|row| covariance[row] = along(covariance[row], other[row], one));
+    }
+    let longest = |rows: [[f64; 3]; 3]| rows.into_iter().max_by(|a, b| norm(*a).total_cmp(&norm(*b)));
+    let from_line = unit(longest(covariance)?)?;
+    let to_line = unit(covariance.map(|row| dot(row, from_line)))?;
+    let turned = guess.rotate(from_line);
+    // A quaternion holds half the angle between the lines: that to the line midway between them.
+    let midway = unit(along(turned, 1.0, to_line)).unwrap_or_else(|| any_across(turned));
+    let axis = cross(turned, midway);
+    let turn = Pose::new([0.0; 3], [axis[0], axis[1], axis[2], dot(turned, midway)]).ok()? * *guess;
+    Pose::new(difference(to_mean, turn.rotate(from_mean)), turn.quaternion()).ok()
+}
+
+fn mean(positions: &[[f64; 3]]) -> [f64; 3] {
+    let share = 1.0 / positions.len() as f64;
+    positions.iter().fold([0.0; 3], |mean, position| along(mean, share, *position))
 }
 
 #[cfg(test)]
@@ -93,6 +119,29 @@ mod tests {
         let score = TrajectoryScore::of(&turned, &truth).unwrap();
         assert!(score.translation < 1e-12 && (score.rotation - 0.1).abs() < 1e-9);
         assert_eq!(TrajectoryScore::of(&[], &truth), None);
+    }
+
+    /// Regression: attitudes that are off turned them.
+    #[test]
+    fn exact_positions_on_a_line_have_no_error() {
+        for angle in [0.1, 3.0] {
+            let (sin, cos) = (0.5_f64 * angle).sin_cos();
+            let truth =
+                [0.0, 1.0, 2.0, 5.0].map(|x| Pose::new([x, 2.0 * x, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap());
+            let turned = truth.map(|pose| Pose::new(pose.translation(), [sin, 0.0, 0.0, cos]).unwrap());
+            let score = TrajectoryScore::of(&turned, &truth).unwrap();
+            assert!(score.translation < 1e-9 && score.rotation < 1e-6, "{score:?}");
+            // On one side of a line that the truth keeps: the mean is all that can be moved.
+            let beside = [0.0, 0.1, 0.1, 0.0];
+            let mut index = 0;
+            let bent = turned.map(|pose| {
+                let [x, y, _] = pose.translation();
+                index += 1;
+                Pose::new([x, y, beside[index - 1]], pose.quaternion()).unwrap()
+            });
+            let score = TrajectoryScore::of(&bent, &truth).unwrap();
+            assert!(score.translation < 0.051, "{score:?}");
+        }
     }
 
     /// When positions leave the rotation undetermined, attitudes determine it.

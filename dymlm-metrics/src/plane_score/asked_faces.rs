@@ -16,11 +16,11 @@ pub(super) struct AskedFace {
 
 /// The faces that are large enough to be asked for, by ascending id.
 pub(super) fn asked_faces(faces: &[TrueFace]) -> Vec<AskedFace> {
-    let mut ids: Vec<usize> = faces.iter().map(|face| face.relief).collect();
-    ids.sort_unstable();
-    ids.dedup();
-    let asked = ids.into_iter().filter_map(|id| {
-        let members = (0..faces.len()).filter(|&index| faces[index].relief == id);
+    let mut by_relief: Vec<usize> = (0..faces.len()).collect();
+    by_relief.sort_by_key(|&index| faces[index].relief);
+    let groups = by_relief.chunk_by(|&a, &b| faces[a].relief == faces[b].relief);
+    let asked = groups.filter_map(|group| {
+        let (id, members) = (faces[group[0]].relief, group.iter().copied());
         let (wanted, optional): (Vec<usize>, Vec<usize>) =
             members.partition(|&member| faces[member].id == id || faces[member].visible_area >= MIN_AREA);
         let visible_area: f64 = wanted.iter().map(|&member| faces[member].visible_area).sum();

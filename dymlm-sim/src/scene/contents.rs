@@ -140,7 +140,7 @@ impl Scene {
         self.is_mover(instance) || self.happening_to(instance).any(|happening| happening.is_away(time))
     }
 
-    fn happening_to(&self, instance: usize) -> impl Iterator<Item = &Happening> {
+    pub(super) fn happening_to(&self, instance: usize) -> impl Iterator<Item = &Happening> {
         self.happenings.iter().filter(move |happening| happening.instance == instance)
     }
 }

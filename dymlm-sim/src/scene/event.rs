@@ -8,6 +8,9 @@ use super::{Instance, Part};
 
 /// An event in the room apart from its people's motion. No detector reports its thing as a mover: the thing
 /// has no label, or the label of something that stays. Place and time are drawn from the seed.
+///
+/// A config is refused where there is no place for its events: where nothing in view can be moved so, or not
+/// before the last frame; where all such things are in another event; or for a trolley in a building.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SceneEvent {

@@ -16,10 +16,12 @@ use crate::noise::{Use, stream};
 pub(crate) struct Stage<'a> {
     /// Poses of the camera in the scene, spread over the sequence.
     pub(crate) cameras: &'a [Pose3],
-    /// Tangents of half the camera's angles of view.
-    pub(crate) view: [f32; 2],
+    /// Tangents of the angles between which the camera sees well, to either side of its axis, for x and y.
+    pub(crate) view: [[f32; 2]; 2],
     /// How long the sequence takes, seconds.
     pub(crate) duration: f64,
+    /// Time of the last frame, seconds.
+    pub(crate) last: f64,
     /// When events happen, seconds; `None`: at a random time.
     pub(crate) time: Option<f64>,
 }
@@ -44,8 +46,8 @@ const PUSHED: f64 = 0.7;
 const DOOR: f64 = 7.0;
 
 impl Scene {
-    /// Adds an event; `None` when there is no place for it. `number` makes the random choices of a scene's
-    /// events differ.
+    /// Adds an event; `None` when there is no place for it, or no frame afterwards that shows what it has
+    /// changed for good. `number` makes the random choices of a scene's events differ.
     pub(crate) fn stage(
         &mut self,
         event: SceneEvent,
@@ -64,6 +66,8 @@ impl Scene {
             passing: Vec::new(),
         };
         match event {
+            // In a building it would stand in the camera's way, and two would roll through each other.
+            SceneEvent::Trolley if self.tour.is_some() || self.has_trolley() => return None,
             SceneEvent::Trolley => {
                 (happening.begin, happening.end) = (f64::NEG_INFINITY, f64::INFINITY);
                 happening.course = Course::Rolls(self.way.clone());
@@ -72,13 +76,12 @@ impl Scene {
             }
             SceneEvent::Door => {
                 happening.end = begin + DOOR;
-                happening.instance = self.door?;
+                happening.instance = self.door.filter(|&door| !self.is_in_an_event(door))?;
                 happening.course = self.door_swing(stage, &mut rng)?;
             }
             SceneEvent::PushedChair => {
-                let (instance, from, to) = self.place_for_chair(stage, &mut rng)?;
-                let way = Vec3::new(to.at[0] - from.at[0], to.at[1] - from.at[1], 0.0);
-                happening.end = begin + f64::from(way.length()) / PUSHED;
+                let (instance, from, to) = self.place_for_chair(stage, begin, &mut rng)?;
+                happening.end = begin + push_time(&from, &to);
                 happening.instance = instance;
                 happening.course = Course::Slides { from, to };
                 self.put(instance, &from, &to);
@@ -93,8 +96,20 @@ impl Scene {
                 }
             }
         }
+        let stays = matches!(event, SceneEvent::Trolley | SceneEvent::Door);
+        if !stays && happening.end > stage.last {
+            return None;
+        }
         self.happenings.push(happening);
         Some(())
+    }
+
+    fn has_trolley(&self) -> bool {
+        self.happenings.iter().any(|happening| happening.event == SceneEvent::Trolley)
+    }
+
+    fn is_in_an_event(&self, instance: usize) -> bool {
+        self.happening_to(instance).next().is_some()
     }
 
     /// Adds a thing and returns its bodies.
@@ -135,10 +150,17 @@ impl Scene {
         })
     }
 
-    /// A chair on which nobody sits, its place, and a place to which it can be pushed in a straight line.
-    fn place_for_chair(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<(usize, Place, Place)> {
+    /// A chair on which nobody sits, its place, and a place to which it can be pushed in a straight line before
+    /// the last frame.
+    fn place_for_chair(
+        &self,
+        stage: &Stage<'_>,
+        begin: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<(usize, Place, Place)> {
         let limbs = self.limbs(stage);
-        let chairs = (0..self.instances.len()).filter(|&id| self.instances[id].label == Some("chair"));
+        let chairs = (0..self.instances.len())
+            .filter(|&id| self.instances[id].label == Some("chair") && !self.is_in_an_event(id));
         let chairs: Vec<(usize, Place, Vec<Part>)> = chairs
             .filter_map(|id| {
                 let pose = self.instances[id].scene_from_thing;
@@ -173,7 +195,8 @@ impl Scene {
                 there.iter().all(|part| self.is_free(part, *id, GAP)) && is_clear(&there, &limbs, FROM_LIMBS)
             };
             let there = posed(parts, &to);
-            let good = [1.0, 0.8, 0.6, 0.4, 0.2].into_iter().all(fits)
+            let good = begin + push_time(from, &to) <= stage.last
+                && [1.0, 0.8, 0.6, 0.4, 0.2].into_iter().all(fits)
                 && is_clear(&there, stage.cameras, FROM_CAMERA)
                 && self.share_seen(&there, stage) > LEAST_SEEN;
             good.then_some((*id, *from, to))
@@ -243,14 +266,21 @@ impl Scene {
         for camera in stage.cameras {
             for &point in &points {
                 let local = camera.inverse_transform_point(point);
+                let is_between = |c: f32, [low, high]: [f32; 2]| low * local.z < c && c < high * local.z;
                 let is_in_view = SEEN.contains(&local.z)
-                    && local.x.abs() < stage.view[0] * local.z
-                    && local.y.abs() < stage.view[1] * local.z;
+                    && is_between(local.x, stage.view[0])
+                    && is_between(local.y, stage.view[1]);
                 seen += u16::from(is_in_view && first_hit(&others, camera.translation, point).is_none());
             }
         }
         f32::from(seen) / (points.len() * stage.cameras.len()).max(1) as f32
     }
+}
+
+/// How long a chair is pushed from one place to the other, seconds.
+fn push_time(from: &Place, to: &Place) -> f64 {
+    let way = Vec3::new(to.at[0] - from.at[0], to.at[1] - from.at[1], 0.0);
+    f64::from(way.length()) / PUSHED
 }
 
 fn partition(b: &mut Builder, at: [f32; 2], yaw: f32) {

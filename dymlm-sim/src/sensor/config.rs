@@ -143,7 +143,10 @@ impl SensorConfig {
         check_range("sensor.baseline", self.baseline, -1.0..=1.0)?;
         check_range("sensor.edge_width", self.edge_width, 0.0..=20.0)?;
         check_range("sensor.edge_dropout", self.edge_dropout, 0.0..=1.0)?;
-        check_range("sensor.flying_pixels", self.flying_pixels, 0.0..=1.0 - self.edge_dropout)?;
+        // 0.9 and 0.1 are one, though 1 - 0.9 is less than 0.1.
+        let are_too_many = self.edge_dropout + self.flying_pixels > 1.0;
+        let most = if are_too_many { 1.0 - self.edge_dropout } else { 1.0 };
+        check_range("sensor.flying_pixels", self.flying_pixels, 0.0..=most)?;
         check_range("sensor.grazing_end", self.grazing_end, 0.0..=right_angle)?;
         check_range("sensor.grazing_start", self.grazing_start, 0.0..=self.grazing_end)?;
         check_range("sensor.dropout", self.dropout, 0.0..=1.0)?;

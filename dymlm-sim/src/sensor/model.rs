@@ -23,6 +23,10 @@ pub(crate) struct Sensor {
     steep: f32,
 }
 
+/// Steps of a disparity finer than this, as [`SensorConfig::quantization`] has them, are none: at the nearest
+/// depth of a sensor they are a nanometre.
+const FINEST_QUANTIZATION: f64 = 1e-7;
+
 /// What a frame shows: exact depth, what each pixel looks at, and the share of readings that are lost on each
 /// part.
 #[derive(Debug, Clone, Copy)]
@@ -175,7 +179,8 @@ impl Sensor {
 
     /// Rounds each depth to one whose disparity is a whole number of steps.
     fn quantize(&self, row: &mut [f32]) {
-        if self.config.quantization <= 0.0 {
+        // Steps too fine to be counted change nothing.
+        if self.config.quantization < FINEST_QUANTIZATION {
             return;
         }
         let steps_at_1m = 1.0 / self.config.quantization as f32;

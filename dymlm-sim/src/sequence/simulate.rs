@@ -103,14 +103,21 @@ impl Sequence {
     }
 
     fn stage<'a>(&self, cameras: &'a [Pose3]) -> Stage<'a> {
-        let tangent = |side: usize, focal_length: f64| (0.45 * side as f64 / focal_length) as f32;
+        // Without a twentieth of the image at each border.
+        let between = |side: usize, focal_length: f64, center: f64| {
+            let tangents =
+                [0.05, 0.95].map(|share| ((share * side as f64 - 0.5 - center) / focal_length) as f32);
+            [tangents[0].min(tangents[1]), tangents[0].max(tangents[1])]
+        };
+        let camera = &self.camera;
         Stage {
             cameras,
             view: [
-                tangent(self.camera.width(), self.camera.fx()),
-                tangent(self.camera.height(), self.camera.fy()),
+                between(camera.width(), camera.fx(), camera.cx()),
+                between(camera.height(), camera.fy(), camera.cy()),
             ],
             duration: self.timestamp(self.len()),
+            last: self.timestamp(self.len().saturating_sub(1)),
             time: self.config.event_time,
         }
     }

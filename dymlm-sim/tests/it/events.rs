@@ -54,6 +54,68 @@ fn what_an_event_moves_is_in_the_mask_while_it_moves_and_never_detected_as_a_mov
     }
 }
 
+/// Regression: a chair that was pushed twice was drawn where it never stood.
+#[test]
+fn each_event_has_a_thing_of_its_own() {
+    let twice = |event, random| with_events(&[event, event], random);
+    let mut made = 0;
+    for seed in 0..20 {
+        let mut config = twice(SceneEvent::PushedChair, false);
+        (config.seed, config.activity) = (seed, Activity::Walking);
+        let Ok(sequence) = Sequence::new(&config) else { continue };
+        let changes = sequence.changes();
+        assert_ne!(changes[0].id, changes[1].id, "seed {seed}");
+        made += 1;
+    }
+    assert!(made >= 3, "{made} of 20");
+    assert!(Sequence::new(&twice(SceneEvent::Trolley, false)).is_err());
+    for seed in 0..20 {
+        let mut config = twice(SceneEvent::Door, true);
+        config.seed = seed;
+        assert!(Sequence::new(&config).is_err(), "one door, seed {seed}");
+    }
+}
+
+/// Regression: the truth was what stands where at a time that no frame shows.
+#[test]
+fn what_an_event_changes_for_good_is_done_by_the_last_frame() {
+    let mut made = 0;
+    for seed in 0..20 {
+        let mut config = with_events(&[SceneEvent::PushedChair], false);
+        // Three seconds.
+        (config.seed, config.frames) = (seed, 6);
+        let Ok(sequence) = Sequence::new(&config) else { continue };
+        assert!(sequence.changes()[0].times[1] <= sequence.timestamp(5), "seed {seed}");
+        made += 1;
+    }
+    assert!(made >= 3, "{made} of 20");
+    for event in [SceneEvent::PushedChair, SceneEvent::PlacedPartition, SceneEvent::RemovedPartition] {
+        let mut config = with_events(&[event], false);
+        config.event_time = Some(100.0);
+        assert!(Sequence::new(&config).is_err(), "{event:?}");
+    }
+}
+
+/// Regression: a negative focal length left no place in view.
+#[test]
+fn events_happen_before_cameras_with_a_flipped_axis() {
+    for event in EVENTS {
+        let mut config = with_events(&[event], false);
+        let changes = |config: &SequenceConfig| Sequence::new(config).unwrap().changes();
+        let upright = changes(&config);
+        config.camera = Some(PinholeCamera::new(80, 60, 65.6, -65.6, 39.5, 29.5).unwrap());
+        assert_eq!(upright, changes(&config), "{event:?}");
+    }
+}
+
+/// Regression: it stood in the camera's way and counted as moving.
+#[test]
+fn no_trolley_rolls_in_a_building() {
+    let mut config = SequenceConfig::building(0, 2);
+    config.events = vec![SceneEvent::Trolley];
+    assert!(Sequence::new(&config).is_err());
+}
+
 #[test]
 fn a_door_opens_and_closes_again() {
     let rooms = (0..40).map(|seed| {

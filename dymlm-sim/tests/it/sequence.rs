@@ -217,6 +217,26 @@ fn disparities_come_in_whole_steps() {
     assert!((0.4..0.52).contains(&worst), "off by {worst} steps");
 }
 
+/// Regression: they overflowed, and every reading was the same.
+#[test]
+fn steps_too_fine_to_count_change_nothing() {
+    let mut config = ideal_config();
+    let depth =
+        |config: &SequenceConfig| Sequence::new(config).unwrap().frame(0).unwrap().frame.depth().clone();
+    let exact = depth(&config);
+    config.sensor.quantization = 1e-10;
+    assert!(depth(&config) == exact);
+}
+
+#[test]
+fn lost_and_flying_pixels_may_be_all_there_are() {
+    let mut config = ideal_config();
+    (config.sensor.edge_dropout, config.sensor.flying_pixels) = (0.9, 0.1);
+    assert!(Sequence::new(&config).is_ok());
+    config.sensor.flying_pixels = 0.2;
+    assert!(Sequence::new(&config).is_err());
+}
+
 #[test]
 fn the_shadow_falls_on_the_side_away_from_the_projector() {
     let lost = |baseline: f64| {
