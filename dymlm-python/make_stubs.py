@@ -60,7 +60,7 @@ T = {
         "camera": "Camera",
         "depth": F32,
         "color": f"{U8} | None",
-        "detections": "list[Detection] | str | None",
+        "detections": 'list[Detection] | Literal["pending"] | None',
         "world_from_camera": "Pose",
         "estimated_world_from_camera": "Pose | None",
         "mover_mask": f"{B} | None",
@@ -80,7 +80,7 @@ T = {
         "map": "-> Map",
         "reader": "-> MapReader",
         "finish": "-> Map",
-        "correct_poses": f"poses: dict[int, {PL}] | dict[float, {PL}] -> CorrectionReport",
+        "correct_poses": f"poses: Mapping[int, {PL}] | Mapping[float, {PL}] -> CorrectionReport",
         "remove": "frame: int | float -> CorrectionReport",
         "transform": f"new_from_old: {PL} -> CorrectionReport",
         "refine_poses": "closures: Iterable[LoopClosure] | None = None, **fields: Any -> RefineReport",
@@ -92,11 +92,14 @@ T = {
         "config": "Config",
         "camera": "Camera",
     },
-    "MapReader": {"latest": "-> Map", "wait_newer": "than: Map, timeout: float -> Map | None"},
+    "MapReader": {"latest": "-> Map", "wait_newer": "than: Map, timeout: float = math.inf -> Map | None"},
     "MapSaver": {
         "__init__": "folder: str | os.PathLike[str]",
-        "load": "@static folder: str | os.PathLike[str] -> tuple[MapSaver, Map]",
+        "load": "@static folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None -> tuple[MapSaver, Map]",
         "save": "map: Map -> None",
+        "close": "-> None",
+        "__enter__": "-> MapSaver",
+        "__exit__": "*_exception: object -> None",
         "folder": "Path",
     },
     "ObjectTracker": {
@@ -335,11 +338,12 @@ T = {
         "truth": "-> metrics.SequenceTruth",
         "__len__": "-> int",
         "__getitem__": "key: int, / -> Frame",
+        "__iter__": "-> Iterator[Frame]",
     },
 }
 TF = {
     "builtin_sequence": "name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None -> Sequence",
-    "load": "folder: str | os.PathLike[str] -> Map",
+    "load": "folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None -> Map",
 }
 O = "float | None"
 Q = "tuple[float, float] | None"
@@ -458,8 +462,9 @@ def make(mod, classes, functions, head):
     return out.replace(":\n        ...\n", ": ...\n")
 
 
-head = '''import os
-from collections.abc import Iterable, Iterator
+head = '''import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use dymlm::core::{FrameId, ObjectId, PinholeCamera, Pose};
 use dymlm::tracking::ObjectTrackerConfig;
 use dymlm::{FrameInput, HistoryConfig, MapBuilder, MapConfig, RefineConfig};
+use pyo3::Borrowed;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyInt, PyMapping};
 use toml::Table;
 
 use crate::arrays::{Array2, points, vector};
@@ -207,11 +208,12 @@ impl PyMapBuilder {
     /// maps that the same observations at the new poses would have made. Needs a history. poses: new poses by
     /// frame id (int) or by timestamp (float, as inserted), not both in one call; other frames move with
     /// their neighbours. Ctrl-C cancels the call, and nothing has changed.
-    fn correct_poses(&self, py: Python<'_>, poses: &Bound<'_, PyDict>) -> PyResult<PyCorrectionReport> {
-        let pair = |(frame, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+    fn correct_poses(&self, py: Python<'_>, poses: &Bound<'_, PyMapping>) -> PyResult<PyCorrectionReport> {
+        let pair = |item: Bound<'_, PyAny>| {
+            let (frame, pose): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
             Ok((frame.extract()?, pose.extract::<PoseArgument>()?.0))
         };
-        let poses: PyResult<Vec<(FrameKey, Pose)>> = poses.iter().map(pair).collect();
+        let poses: PyResult<Vec<(FrameKey, Pose)>> = poses.items()?.iter().map(pair).collect();
         let poses = poses?;
         check_one_kind(&poses)?;
         let report = self.with(py, |builder| {
@@ -348,10 +350,24 @@ fn finished() -> PyErr {
 }
 
 /// A frame named by id or by time.
-#[derive(Debug, Clone, Copy, FromPyObject)]
+#[derive(Debug, Clone, Copy)]
 enum FrameKey {
     Id(u64),
     Time(f64),
+}
+
+impl<'py> FromPyObject<'_, 'py> for FrameKey {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(id) = given.extract() {
+            return Ok(Self::Id(id));
+        }
+        if given.is_instance_of::<PyInt>() {
+            return Err(unknown_frame(format!("no frame was inserted with the id {}", &*given)));
+        }
+        given.extract().map(Self::Time)
+    }
 }
 
 /// To Python, 2 and 2.0 are the same key: a dictionary that names frames in both ways may have lost one

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dymlm::MapConfig;
+use dymlm::{HistoryConfig, MapConfig};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
@@ -70,20 +70,38 @@ impl PyConfig {
     }
 }
 
+/// Most levels of dictionaries and lists in a config, which has four: one that holds itself has no end.
+const MOST_LEVELS: usize = 16;
+
 pub(crate) fn table_of(fields: &Bound<'_, PyDict>) -> PyResult<Table> {
-    fields.iter().map(|(name, value)| Ok((name.extract()?, value_of(&value)?))).collect()
+    table_within(fields, MOST_LEVELS)
 }
 
-fn value_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+/// The setting `history`, as a config has it.
+pub(crate) fn history_of(given: &Bound<'_, PyAny>) -> PyResult<HistoryConfig> {
+    value_within(given, MOST_LEVELS)?.try_into().map_err(|error| refused_setting(format!("history: {error}")))
+}
+
+fn table_within(fields: &Bound<'_, PyDict>, levels: usize) -> PyResult<Table> {
+    fields.iter().map(|(name, value)| Ok((name.extract()?, value_within(&value, levels)?))).collect()
+}
+
+fn value_within(value: &Bound<'_, PyAny>, levels: usize) -> PyResult<Value> {
+    let deeper = || {
+        let words =
+            || format!("a config cannot hold more than {MOST_LEVELS} levels of dictionaries and lists");
+        levels.checked_sub(1).ok_or_else(|| refused_setting(words()))
+    };
     if let Ok(table) = value.cast::<PyDict>() {
-        return table_of(table).map(Value::Table);
+        return table_within(table, deeper()?).map(Value::Table);
     }
-    // Booleans come before integers, since a bool is an int in Python.
-    if value.is_instance_of::<PyBool>() {
-        return value.extract().map(Value::Boolean);
+    // Booleans come before integers, since a bool is an int in Python; those of numpy are none of Python's.
+    if let Ok(bit) = value.extract() {
+        return Ok(Value::Boolean(bit));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let values: PyResult<_> = value.try_iter()?.map(|value| value_of(&value?)).collect();
+        let levels = deeper()?;
+        let values: PyResult<_> = value.try_iter()?.map(|value| value_within(&value?, levels)).collect();
         return values.map(Value::Array);
     }
     if value.is_instance_of::<PyString>() {

@@ -1,6 +1,8 @@
 //! Recorded datasets.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
 
 use dymlm_io::{FrameBuffers, TumOptions, TumRecording};
 use numpy::PyArray1;
@@ -72,7 +74,7 @@ impl PyDataset {
     }
 
     fn __iter__(slf: Bound<'_, Self>) -> PyDatasetFrames {
-        PyDatasetFrames { dataset: slf.unbind(), next: 0 }
+        PyDatasetFrames { dataset: slf.unbind(), next: AtomicUsize::new(0) }
     }
 
     fn __repr__(&self) -> String {
@@ -93,25 +95,23 @@ impl PyDataset {
     }
 }
 
-/// The frames of a dataset, one after the other.
-#[pyclass(name = "DatasetFrames", module = "dymlm")]
+/// The frames of a dataset, one after the other; threads that share it get different ones.
+#[pyclass(frozen, name = "DatasetFrames", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyDatasetFrames {
     dataset: Py<PyDataset>,
-    next: usize,
+    next: AtomicUsize,
 }
 
 #[pymethods]
 impl PyDatasetFrames {
-    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+    fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
         slf
     }
 
-    fn __next__(&mut self, py: Python<'_>) -> PyResult<Option<PyFrame>> {
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyFrame>> {
         let dataset = self.dataset.get();
-        while self.next < dataset.__len__() {
-            let index = self.next;
-            self.next += 1;
+        while let Some(index) = next_below(&self.next, dataset.__len__()) {
             match dataset.load(py, index) {
                 Ok(frame) => return Ok(Some(frame)),
                 Err(error) => {
@@ -123,6 +123,11 @@ impl PyDatasetFrames {
         }
         Ok(None)
     }
+}
+
+/// The next of some frames, for one thread alone; `None` after the last.
+pub(crate) fn next_below(next: &AtomicUsize, count: usize) -> Option<usize> {
+    next.fetch_update(Relaxed, Relaxed, |next| (next < count).then_some(next + 1)).ok()
 }
 
 /// The index of a frame; negative indices count from the end.

@@ -2,7 +2,7 @@
 
 use dymlm::Detections;
 use dymlm::core::{BoundingBox, Detection, Mask};
-use numpy::PyUntypedArrayMethods;
+use numpy::{PyArrayDyn, PyUntypedArrayMethods};
 use pyo3::Borrowed;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -67,12 +67,17 @@ impl PyDetection {
 
 /// Converts an array (height, width) of bools to a mask.
 pub(crate) fn mask_of(given: &Bound<'_, PyAny>) -> PyResult<Mask> {
-    let wrong = || PyTypeError::new_err(format!("a mask that is {}: bool is needed", described(given)));
-    let array = array_of::<bool>(given)?.ok_or_else(wrong)?;
+    if given.cast::<PyArrayDyn<bool>>().is_err() {
+        return Err(PyTypeError::new_err(format!("a mask that is {}: bool is needed", described(given))));
+    }
+    // numpy's bools may be any bytes, where Rust's are 0 or 1: those of a mask of 0 and 255 after `view(bool)`.
+    let bytes = given.call_method1("view", ("uint8",))?;
+    let array = array_of::<u8>(&bytes)?.ok_or_else(|| refused("a mask whose bytes cannot be read"))?;
     let &[height, width] = array.shape() else {
         return Err(refused(format!("a mask of shape {:?}: (height, width) is needed", array.shape())));
     };
-    Mask::new(width, height, values(&array, &mut Vec::new()).to_vec()).or_raise()
+    let pixels = values(&array, &mut Vec::new()).iter().map(|&byte| byte != 0).collect();
+    Mask::new(width, height, pixels).or_raise()
 }
 
 /// Converts a mask to an array (height, width) of bools.

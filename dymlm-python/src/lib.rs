@@ -74,7 +74,7 @@ mod extension {
         pose::PyPose,
         reader::PyMapReader,
         report::{PyFrameReport, PyMapUpdate, PyMover},
-        sequence::{PySequence, builtin_sequence},
+        sequence::{PySequence, PySequenceFrames, builtin_sequence},
         static_points::PyStaticPoints,
         truth::{PyPointTruth, PySequenceTruth, PyTrueFace, PyTrueObject},
     };

@@ -10,12 +10,12 @@ use dymlm::{MapMemory, MultiLevelMap, Selection};
 use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyInt};
 
 use crate::arrays::{Array1, to_vector, vector};
 use crate::changes::{PyMapChanges, PyWorldChanges};
 use crate::cloud::PyCloud;
-use crate::config::PyConfig;
+use crate::config::{PyConfig, history_of};
 use crate::error::{OrRaise, refused};
 use crate::floor_grid::{PyFloorGrid, floor_grid_config};
 use crate::merge::PyMergeReport;
@@ -71,8 +71,8 @@ impl PyMap {
 
     /// The plane with an id; for an id that was merged away, the plane that it became. KeyError when there is
     /// none.
-    fn plane(&self, id: u64) -> PyResult<PyPlane> {
-        let map = self.maps();
+    fn plane(&self, id: Bound<'_, PyInt>) -> PyResult<PyPlane> {
+        let (map, id) = (self.maps(), key_of(&id)?);
         let current = map.planes().current_id(PlaneId::new(id));
         current.map(|id| PyPlane::of(&map, id)).ok_or_else(|| PyKeyError::new_err(id))
     }
@@ -86,8 +86,8 @@ impl PyMap {
 
     /// The object with an id; for an id that was merged away, the object that it became. KeyError when there
     /// is none.
-    fn object(&self, id: u64) -> PyResult<PyMapObject> {
-        let map = self.maps();
+    fn object(&self, id: Bound<'_, PyInt>) -> PyResult<PyMapObject> {
+        let (map, id) = (self.maps(), key_of(&id)?);
         let current = map.objects().object(ObjectId::new(id)).map(dymlm::objects::MapObject::id);
         current.map(|id| PyMapObject::of(&map, id)).ok_or_else(|| PyKeyError::new_err(id))
     }
@@ -100,7 +100,7 @@ impl PyMap {
 
     /// Classifies the planes, given a vector (3,) that points up: a list of (Plane, kind, height in metres),
     /// where kind is "floor", "table", "wall", "ceiling" or "slanted".
-    fn surfaces(&self, up: &Bound<'_, PyAny>) -> PyResult<Vec<(PyPlane, &'static str, f64)>> {
+    fn surfaces(&self, py: Python<'_>, up: &Bound<'_, PyAny>) -> PyResult<Vec<(PyPlane, &'static str, f64)>> {
         let (map, up) = (self.maps(), vector(up, "up")?);
         let kind = |kind| match kind {
             SurfaceKind::Floor => "floor",
@@ -109,7 +109,7 @@ impl PyMap {
             SurfaceKind::Ceiling => "ceiling",
             _ => "slanted",
         };
-        let surfaces = map.planes().surfaces(up, &SurfaceConfig::default());
+        let surfaces = py.detach(|| map.planes().surfaces(up, &SurfaceConfig::default()));
         Ok(surfaces
             .iter()
             .map(|one| (PyPlane::of(&map, one.plane.id()), kind(one.kind), one.height))
@@ -197,8 +197,9 @@ impl PyMap {
     /// Memory in bytes of each map, of the stored key frames ("history"), of earlier states ("snapshots") and
     /// of the maps that readers see ("published"). "unfiled_history" is the part of "history" that the file
     /// has refused, on a full disk.
-    fn memory(&self) -> BTreeMap<&'static str, usize> {
-        memory_of(self.maps().memory())
+    fn memory(&self, py: Python<'_>) -> BTreeMap<&'static str, usize> {
+        let map = self.maps();
+        memory_of(py.detach(|| map.memory()))
     }
 
     /// The settings that the map was made with.
@@ -300,10 +301,23 @@ impl PyMap {
     }
 }
 
-/// Loads the map that was saved in a folder, to the bit.
+/// Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now on, as
+/// in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded that came
+/// without the folder of its history.
 #[pyfunction]
-pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<PyMap> {
-    py.detach(|| MultiLevelMap::load(folder)).or_raise().map(PyMap::of)
+#[pyo3(signature = (folder, history = None))]
+pub(crate) fn load(py: Python<'_>, folder: PathBuf, history: Option<&Bound<'_, PyAny>>) -> PyResult<PyMap> {
+    let history = history.map(history_of).transpose()?;
+    let load = || match history {
+        Some(history) => MultiLevelMap::load_with_history(folder, history),
+        None => MultiLevelMap::load(folder),
+    };
+    py.detach(load).or_raise().map(PyMap::of)
+}
+
+/// An id; a number that can be none raises what an id without a thing raises.
+fn key_of(id: &Bound<'_, PyInt>) -> PyResult<u64> {
+    id.extract().map_err(|_| PyKeyError::new_err(id.clone().unbind()))
 }
 
 pub(crate) fn memory_of(memory: MapMemory) -> BTreeMap<&'static str, usize> {

@@ -4,18 +4,22 @@ use std::path::PathBuf;
 
 use dymlm::files::MapSaver;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
-use crate::error::OrRaise;
+use crate::config::history_of;
+use crate::error::{OrRaise, refused};
 use crate::exclusive::Exclusive;
 use crate::map::PyMap;
 
 /// Saves maps repeatedly into one folder; each time, only the changed parts of the state are written. Its
-/// first save replaces the contents of the folder. As long as it exists, nobody else can write the folder.
+/// first save replaces the contents of the folder. Until it is closed, or no longer referred to, nobody else can
+/// write the folder: `with dymlm.MapSaver(folder) as saver:`.
 #[pyclass(frozen, name = "MapSaver", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMapSaver {
     folder: PathBuf,
-    saver: Exclusive<MapSaver>,
+    /// None once it is closed.
+    saver: Exclusive<Option<MapSaver>>,
 }
 
 #[pymethods]
@@ -26,17 +30,34 @@ impl PyMapSaver {
     }
 
     /// Loads the map of a folder to continue saving there. Returns a MapSaver, whose first save writes only
-    /// the changes since, and the Map.
+    /// the changes since, and the Map. `history`: as for `dymlm.load`.
     #[staticmethod]
-    fn load(py: Python<'_>, folder: PathBuf) -> PyResult<(Self, PyMap)> {
-        let (saver, map) = py.detach(|| MapSaver::load(folder, None)).or_raise()?;
+    #[pyo3(signature = (folder, history = None))]
+    fn load(py: Python<'_>, folder: PathBuf, history: Option<&Bound<'_, PyAny>>) -> PyResult<(Self, PyMap)> {
+        let history = history.map(history_of).transpose()?;
+        let (saver, map) = py.detach(|| MapSaver::load(folder, history)).or_raise()?;
         Ok((Self::of(saver), PyMap::of(map)))
     }
 
     /// Saves a map. After a crash the folder holds either the map saved before or this one, never half of it.
     fn save(&self, py: Python<'_>, map: &Bound<'_, PyMap>) -> PyResult<()> {
         let map = map.get().maps();
-        self.saver.with(py, |saver| saver.save(&map))?.or_raise()
+        let save = |saver: &mut Option<MapSaver>| saver.as_mut().map(|saver| saver.save(&map));
+        self.saver.with(py, save)?.ok_or_else(|| refused("the MapSaver is closed"))?.or_raise()
+    }
+
+    /// Lets others write the folder; this MapSaver saves no more.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.saver.with(py, |saver| drop(saver.take()))
+    }
+
+    fn __enter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    #[pyo3(signature = (*_exception))]
+    fn __exit__(&self, py: Python<'_>, _exception: &Bound<'_, PyTuple>) -> PyResult<()> {
+        self.close(py)
     }
 
     /// The map's folder.
@@ -48,6 +69,6 @@ impl PyMapSaver {
 
 impl PyMapSaver {
     fn of(saver: MapSaver) -> Self {
-        Self { folder: saver.folder().to_path_buf(), saver: Exclusive::new(saver) }
+        Self { folder: saver.folder().to_path_buf(), saver: Exclusive::new(Some(saver)) }
     }
 }

@@ -24,11 +24,15 @@ impl PyMapReader {
         PyMap::shared(self.0.latest())
     }
 
-    /// Waits for maps that are newer than these, at most `timeout` seconds; None when none came. Ctrl-C ends
-    /// it.
+    /// Waits for maps that are newer than these, at most `timeout` seconds, by default for ever; None when none
+    /// came. Ctrl-C ends it.
+    #[pyo3(signature = (than, timeout = f64::INFINITY))]
     fn wait_newer(&self, py: Python<'_>, than: &Bound<'_, PyMap>, timeout: f64) -> PyResult<Option<PyMap>> {
-        let (than, mut timeout) =
-            (than.get().maps().revision(), Duration::try_from_secs_f64(timeout).or_raise()?);
+        let than = than.get().maps().revision();
+        let mut timeout = match timeout {
+            f64::INFINITY => Duration::MAX,
+            timeout => Duration::try_from_secs_f64(timeout).or_raise()?,
+        };
         loop {
             let part = timeout.min(SIGNAL_INTERVAL);
             let newer = py.detach(|| self.0.wait_newer(than, part));

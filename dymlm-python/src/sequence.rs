@@ -1,6 +1,7 @@
 //! Simulated sequences.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use dymlm_sim::{
     CarriedKind, CarriedMotion, CarriedObject, Sequence, SequenceConfig, SequenceType, SimulatedFrame, Truth,
@@ -9,7 +10,7 @@ use dymlm_sim::{
 use pyo3::prelude::*;
 
 use crate::camera::PyCamera;
-use crate::dataset::frame_index;
+use crate::dataset::{frame_index, next_below};
 use crate::detection::DetectionsArgument;
 use crate::error::{OrRaise, refused};
 use crate::frame::{FrameTruth, PyFrame};
@@ -23,7 +24,8 @@ pub(crate) struct PySequence(Arc<Sequence>);
 
 /// The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
 /// "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None: the sequence of
-/// the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these;
+/// the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these, with
+/// noise and detections of their own;
 /// `people`: 0 to 2; `camera`: another camera; `carried`: "book", "keyboard", "bottle", "cup" or "box": such
 /// a thing stands on the table, and a hand moves it between seconds 1 and 7.
 #[pyfunction]
@@ -97,7 +99,20 @@ impl PySequence {
     }
 
     fn __getitem__(&self, py: Python<'_>, index: isize) -> PyResult<PyFrame> {
-        let place = frame_index(index, self.0.len())?;
+        self.render(py, frame_index(index, self.0.len())?)
+    }
+
+    fn __iter__(slf: Bound<'_, Self>) -> PySequenceFrames {
+        PySequenceFrames { sequence: slf.unbind(), next: AtomicUsize::new(0) }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<dymlm.Sequence of {} frames>", self.0.len())
+    }
+}
+
+impl PySequence {
+    fn render(&self, py: Python<'_>, place: usize) -> PyResult<PyFrame> {
         let frame = py.detach(|| self.0.frame(place)).ok_or_else(|| refused(format!("no frame {place}")))?;
         let SimulatedFrame { frame, detections, world_from_camera, mover_mask, .. } = frame;
         let estimated_world_from_camera = self.0.estimated_pose(place);
@@ -108,8 +123,24 @@ impl PySequence {
             truth: Some(FrameTruth { mover_mask, estimated_world_from_camera }),
         })
     }
+}
 
-    fn __repr__(&self) -> String {
-        format!("<dymlm.Sequence of {} frames>", self.0.len())
+/// The frames of a sequence, one after the other; threads that share it get different ones.
+#[pyclass(frozen, name = "SequenceFrames", module = "dymlm")]
+#[derive(Debug)]
+pub(crate) struct PySequenceFrames {
+    sequence: Py<PySequence>,
+    next: AtomicUsize,
+}
+
+#[pymethods]
+impl PySequenceFrames {
+    fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyFrame>> {
+        let sequence = self.sequence.get();
+        next_below(&self.next, sequence.0.len()).map(|place| sequence.render(py, place)).transpose()
     }
 }

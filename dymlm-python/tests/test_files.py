@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import struct
 import zlib
 from pathlib import Path
@@ -129,6 +130,33 @@ def test_what_is_saved_again_is_what_has_changed(frames, tmp_path):
     assert len(dymlm.load(folder).sessions) == 2
     with pytest.raises(dymlm.Error, match="nowhere"):
         dymlm.MapSaver.load(tmp_path / "nowhere")
+
+
+def test_a_map_without_the_folder_of_its_history_can_be_looked_at(frames, tmp_path):
+    history = tmp_path / "history"
+    history.mkdir()
+    map = inserted(frames[:2], history={"folder": str(history)}).finish()
+    map.save(tmp_path / "map")
+    shutil.rmtree(history)
+    with pytest.raises(dymlm.FileError, match="history"):
+        dymlm.load(tmp_path / "map")
+    assert same(dymlm.load(tmp_path / "map", history="none"), map)
+    saver, loaded = dymlm.MapSaver.load(tmp_path / "map", history="none")
+    assert same(loaded, map)
+    with pytest.raises(dymlm.ConfigError, match="history"):
+        dymlm.load(tmp_path / "map", history="disk")
+
+
+def test_a_saver_that_is_closed_lets_others_write(frames, tmp_path):
+    map = inserted(frames[:1]).map()
+    with dymlm.MapSaver(tmp_path / "map") as saver:
+        saver.save(map)
+        with pytest.raises(dymlm.Locked):
+            dymlm.MapSaver(tmp_path / "map")
+    with pytest.raises(dymlm.Error, match="closed"):
+        saver.save(map)
+    saver.close()
+    dymlm.MapSaver(tmp_path / "map").save(map)
 
 
 def test_the_kitchen_is_mapped_as_by_rust(tmp_path):

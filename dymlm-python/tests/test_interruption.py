@@ -49,13 +49,17 @@ def test_an_interrupted_correction_changes_nothing(frames):
 
 
 def test_an_interrupted_wait_ends(frames):
-    reader = inserted(frames).reader()
+    builder = inserted(frames[:-1])
+    reader = builder.reader()
     latest, start = reader.latest(), time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         signal.setitimer(signal.ITIMER_REAL, 0.2)
         reader.wait_newer(latest, 20.0)
     assert time.monotonic() - start < 10.0
     assert reader.wait_newer(latest, 0.15) is None
+    builder.insert_frame(frames[-1])
+    builder.settle()
+    assert reader.wait_newer(latest).revision > latest.revision
 
 
 def test_ctrl_c_ends_a_program(tmp_path):

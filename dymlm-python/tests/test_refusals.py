@@ -61,6 +61,11 @@ def test_masks_and_boxes(frames):
     detection = dymlm.Detection("person", [30, 10, 40, 20], 0.5, mask)
     assert np.array_equal(detection.mask, mask) and detection.box == [30.0, 10.0, 40.0, 20.0]
     assert detection == dymlm.Detection("person", np.array([30, 10, 40, 20]), 0.5, mask[::1])
+    # Regression: numpy's bools may be any bytes, and those of a mask of 0 and 255 reached its neighbours.
+    for true in (2, 255):
+        viewed = (true * mask.astype(np.uint8)).view(bool)
+        assert dymlm.Detection("person", [30, 10, 40, 20], 0.5, viewed) == detection
+        assert dymlm.Detection("person", [30, 10, 40, 20], 0.5, viewed[::-1][::-1]) == detection
     with pytest.raises(TypeError, match="bool"):
         dymlm.Detection("person", [0, 0, 1, 1], 0.5, mask.astype(np.uint8))
     with pytest.raises(dymlm.Error, match="shape"):
@@ -91,6 +96,25 @@ def test_configs(frames, tmp_path):
         dymlm.MapBuilder(frames[0].camera, dymlm.Config(cloud={"voxel_size": -1.0}))
     with pytest.raises(dymlm.FileError, match=r"missing\.toml"):
         dymlm.Config.from_toml(tmp_path / "missing.toml")
+    fuse = dymlm.Config(cloud={"fuse_surfaces": np.bool_(False)})
+    assert fuse == dymlm.Config(cloud={"fuse_surfaces": False}) != dymlm.Config()
+    # Regression: this ended the process.
+    endless = {}
+    endless["cloud"] = endless
+    with pytest.raises(dymlm.ConfigError, match="levels"):
+        dymlm.Config(**endless)
+
+
+def test_numbers_that_are_no_ids(frames):
+    builder = inserted(frames[:1], history="memory")
+    for id in (-1, 2**64, 2**63):
+        for ask in (builder.map().plane, builder.map().object):
+            with pytest.raises(KeyError):
+                ask(id)
+        with pytest.raises(dymlm.UnknownFrame):
+            builder.remove(id)
+        with pytest.raises(dymlm.UnknownFrame):
+            builder.correct_poses({id: np.eye(4)})
 
 
 def test_questions_in_wrong_shapes(frames):

@@ -16,6 +16,30 @@ def test_the_stubs_are_the_modules():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+README_LINES = '''
+import dymlm
+
+sequence = dymlm.builtin_sequence()
+builder = dymlm.MapBuilder(sequence.camera, dymlm.Config(history="memory"))
+corrected: dict[int, dymlm.Pose] = {}
+for frame in sequence:
+    report = builder.insert(
+        frame.timestamp, frame.depth, frame.color, world_from_camera=frame.world_from_camera, detections=frame.detections
+    )
+    corrected[report.id] = frame.world_from_camera
+builder.correct_poses(corrected)
+with dymlm.MapSaver("map") as saver:
+    saver.save(builder.map())
+dymlm.load("map", history={"folder": "history"})
+'''
+
+
+def test_the_readme_s_lines_have_the_types_of_the_stubs():
+    api = pytest.importorskip("mypy.api")
+    words, errors, code = api.run(["--strict", "-c", README_LINES])
+    assert code == 0, words + errors
+
+
 def test_everything_is_explained():
     for module in (dymlm, dymlm.metrics):
         for name in module.__all__:
@@ -29,7 +53,7 @@ def test_everything_is_explained():
 
 def test_every_class_is_given_away():
     """Annotations cannot import names that only the extension has."""
-    given = set(dymlm.__all__) | set(dymlm.metrics.__all__) | {"DatasetFrames"}
+    given = set(dymlm.__all__) | set(dymlm.metrics.__all__) | {"DatasetFrames", "SequenceFrames"}
     assert {name for name in dir(dymlm._dymlm) if not name.startswith("_")} <= given
 
 

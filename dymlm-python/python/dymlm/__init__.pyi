@@ -1,5 +1,6 @@
+import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
@@ -262,7 +263,7 @@ class Frame:
         """Colours, (height, width, 3) uint8: red, green, blue; None if the frame has none. A copy."""
 
     @property
-    def detections(self) -> list[Detection] | str | None:
+    def detections(self) -> list[Detection] | Literal["pending"] | None:
         """The detections: a list of Detection, None when the detector did not run, "pending" while it still
         runs.
         """
@@ -356,7 +357,7 @@ class MapBuilder:
     def finish(self) -> Map:
         """Processes the waiting frames, settles, and returns the maps; the builder then accepts no more frames."""
 
-    def correct_poses(self, poses: dict[int, _PoseLike] | dict[float, _PoseLike]) -> CorrectionReport:
+    def correct_poses(self, poses: Mapping[int, _PoseLike] | Mapping[float, _PoseLike]) -> CorrectionReport:
         """Gives frames new poses, as after a loop closure, and all four maps follow: they are, to the bit, the
         maps that the same observations at the new poses would have made. Needs a history. poses: new poses by
         frame id (int) or by timestamp (float, as inserted), not both in one call; other frames move with
@@ -416,27 +417,35 @@ class MapReader:
     def latest(self) -> Map:
         """The maps that were published last."""
 
-    def wait_newer(self, than: Map, timeout: float) -> Map | None:
-        """Waits for maps that are newer than these, at most `timeout` seconds; None when none came. Ctrl-C ends
-        it.
+    def wait_newer(self, than: Map, timeout: float = math.inf) -> Map | None:
+        """Waits for maps that are newer than these, at most `timeout` seconds, by default for ever; None when none
+        came. Ctrl-C ends it.
         """
 
 @final
 class MapSaver:
     """Saves maps repeatedly into one folder; each time, only the changed parts of the state are written. Its
-    first save replaces the contents of the folder. As long as it exists, nobody else can write the folder.
+    first save replaces the contents of the folder. Until it is closed, or no longer referred to, nobody else can
+    write the folder: `with dymlm.MapSaver(folder) as saver:`.
     """
 
     def __new__(cls, folder: str | os.PathLike[str]) -> MapSaver: ...
 
     @staticmethod
-    def load(folder: str | os.PathLike[str]) -> tuple[MapSaver, Map]:
+    def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None) -> tuple[MapSaver, Map]:
         """Loads the map of a folder to continue saving there. Returns a MapSaver, whose first save writes only
-        the changes since, and the Map.
+        the changes since, and the Map. `history`: as for `dymlm.load`.
         """
 
     def save(self, map: Map) -> None:
         """Saves a map. After a crash the folder holds either the map saved before or this one, never half of it."""
+
+    def close(self) -> None:
+        """Lets others write the folder; this MapSaver saves no more."""
+
+    def __enter__(self) -> MapSaver: ...
+
+    def __exit__(self, *_exception: object) -> None: ...
 
     @property
     def folder(self) -> Path:
@@ -1398,13 +1407,19 @@ class Sequence:
 
     def __getitem__(self, key: int, /) -> Frame: ...
 
+    def __iter__(self) -> Iterator[Frame]: ...
+
 def builtin_sequence(name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None) -> Sequence:
     """The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
     "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None: the sequence of
-    the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these;
+    the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these, with
+    noise and detections of their own;
     `people`: 0 to 2; `camera`: another camera; `carried`: "book", "keyboard", "bottle", "cup" or "box": such
     a thing stands on the table, and a hand moves it between seconds 1 and 7.
     """
 
-def load(folder: str | os.PathLike[str]) -> Map:
-    """Loads the map that was saved in a folder, to the bit."""
+def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None) -> Map:
+    """Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now on, as
+    in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded that came
+    without the folder of its history.
+    """
