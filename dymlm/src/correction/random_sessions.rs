@@ -133,7 +133,7 @@ proptest! {
 
 #[cfg(feature = "io")]
 proptest! {
-    #![proptest_config(cases(3))]
+    #![proptest_config(cases(2))]
 
     #[test]
     fn maps_that_were_saved_and_loaded_go_on_to_the_same_bits(

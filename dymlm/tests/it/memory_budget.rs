@@ -23,6 +23,7 @@ fn builder(budget: Option<usize>) -> MapBuilder {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn maps_within_a_budget_are_the_maps_without_one() {
     let (paged, whole) = (&mut builder(Some(0)), &mut builder(None));
     let mut readers = [paged.reader(), whole.reader()];
