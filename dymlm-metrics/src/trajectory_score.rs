@@ -6,9 +6,9 @@ use dymlm_geometry::rigid_alignment;
 ///
 /// The absolute trajectory error of Sturm et al. ("A Benchmark for the Evaluation of RGB-D SLAM Systems",
 /// IROS 2012). A trajectory's place in the world is arbitrary, so the estimate is first aligned with the
-/// truth by the rigid motion that fits positions best; of several, as for positions on a line, the nearest one
-/// to that which fits attitudes best. Attitudes are compared after the rotation that fits attitudes best, since
-/// the positions of a camera at rest do not fix it.
+/// truth by the rigid motion that fits positions best; of several, as for positions on a line, the nearest
+/// one to that which fits attitudes best. Attitudes are compared after the rotation that fits attitudes best,
+/// since the positions of a camera at rest do not fix it.
 ///
 /// ```
 /// use dymlm_core::Pose;
@@ -70,11 +70,11 @@ fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
     Pose::new(difference(mean(truth), turn.rotate(mean(estimated))), turn.quaternion()).ok()
 }
 
-/// The rigid motion that fits positions best where one of the two lists is on a line, which leaves the turn about
-/// the line open: the nearest to `guess`. `None` where one of the lists is at one place.
+/// The rigid motion that fits positions best where one of the two lists is on a line, which leaves the turn
+/// about the line open: the nearest to `guess`. `None` where one of the lists is at one place.
 fn line_alignment(from: &[[f64; 3]], to: &[[f64; 3]], guess: &Pose) -> Option<Pose> {
     let (from_mean, to_mean) = (mean(from), mean(to));
-    // Their covariance is of rank 1: each of its rows is along the one line, each of its columns along the other.
+    // Their covariance is of rank 1: its rows are along the one line, its columns along the other.
     let mut covariance = [[0.0; 3]; 3];
     for (one, other) in from.iter().zip(to) {
         let (one, other) = (difference(*one, from_mean), difference(*other, to_mean));

@@ -72,7 +72,8 @@ pub struct ObjectMapper {
     report: ObjectReport,
 }
 
-/// Greatest magnitude of the coordinates of a camera or of what is moved, metres: within it places are exact to a micrometre.
+/// Greatest magnitude of the coordinates of a camera or of what is moved, metres: within it places are exact
+/// to a micrometre.
 const REACH: f64 = 1e8;
 /// Least intersection over union of an object's projection and a detected box at which the detection may mean
 /// the object. A lower value loses things before or behind other objects, a higher one creates objects from

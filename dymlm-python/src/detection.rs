@@ -70,7 +70,7 @@ pub(crate) fn mask_of(given: &Bound<'_, PyAny>) -> PyResult<Mask> {
     if given.cast::<PyArrayDyn<bool>>().is_err() {
         return Err(PyTypeError::new_err(format!("a mask that is {}: bool is needed", described(given))));
     }
-    // numpy's bools may be any bytes, where Rust's are 0 or 1: those of a mask of 0 and 255 after `view(bool)`.
+    // numpy's bools may be any bytes, where Rust's are 0 or 1: 255 after `view(bool)`, for one.
     let bytes = given.call_method1("view", ("uint8",))?;
     let array = array_of::<u8>(&bytes)?.ok_or_else(|| refused("a mask whose bytes cannot be read"))?;
     let &[height, width] = array.shape() else {

@@ -301,9 +301,9 @@ impl PyMap {
     }
 }
 
-/// Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now on, as
-/// in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded that came
-/// without the folder of its history.
+/// Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now
+/// on, as in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded
+/// that came without the folder of its history.
 #[pyfunction]
 #[pyo3(signature = (folder, history = None))]
 pub(crate) fn load(py: Python<'_>, folder: PathBuf, history: Option<&Bound<'_, PyAny>>) -> PyResult<PyMap> {

@@ -12,8 +12,8 @@ use crate::exclusive::Exclusive;
 use crate::map::PyMap;
 
 /// Saves maps repeatedly into one folder; each time, only the changed parts of the state are written. Its
-/// first save replaces the contents of the folder. Until it is closed, or no longer referred to, nobody else can
-/// write the folder: `with dymlm.MapSaver(folder) as saver:`.
+/// first save replaces the contents of the folder. Until it is closed, or no longer referred to, nobody else
+/// can write the folder: `with dymlm.MapSaver(folder) as saver:`.
 #[pyclass(frozen, name = "MapSaver", module = "dymlm")]
 #[derive(Debug)]
 pub(crate) struct PyMapSaver {

@@ -24,8 +24,8 @@ impl PyMapReader {
         PyMap::shared(self.0.latest())
     }
 
-    /// Waits for maps that are newer than these, at most `timeout` seconds, by default for ever; None when none
-    /// came. Ctrl-C ends it.
+    /// Waits for maps that are newer than these, at most `timeout` seconds, by default for ever; None when
+    /// none came. Ctrl-C ends it.
     #[pyo3(signature = (than, timeout = f64::INFINITY))]
     fn wait_newer(&self, py: Python<'_>, than: &Bound<'_, PyMap>, timeout: f64) -> PyResult<Option<PyMap>> {
         let than = than.get().maps().revision();

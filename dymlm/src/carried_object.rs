@@ -130,7 +130,8 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::UnknownObject`]; [`Error::Planes`] when the object was put down outside what the maps can
-    /// reach. The maps stay as they were then, and have it at its old place until it is put down within their reach.
+    /// reach. The maps stay as they were then, and have it at its old place until it is put down within their
+    /// reach.
     pub fn follow_object(
         &mut self,
         object: ObjectId,

@@ -418,15 +418,15 @@ class MapReader:
         """The maps that were published last."""
 
     def wait_newer(self, than: Map, timeout: float = math.inf) -> Map | None:
-        """Waits for maps that are newer than these, at most `timeout` seconds, by default for ever; None when none
-        came. Ctrl-C ends it.
+        """Waits for maps that are newer than these, at most `timeout` seconds, by default for ever; None when
+        none came. Ctrl-C ends it.
         """
 
 @final
 class MapSaver:
     """Saves maps repeatedly into one folder; each time, only the changed parts of the state are written. Its
-    first save replaces the contents of the folder. Until it is closed, or no longer referred to, nobody else can
-    write the folder: `with dymlm.MapSaver(folder) as saver:`.
+    first save replaces the contents of the folder. Until it is closed, or no longer referred to, nobody else
+    can write the folder: `with dymlm.MapSaver(folder) as saver:`.
     """
 
     def __new__(cls, folder: str | os.PathLike[str]) -> MapSaver: ...
@@ -1412,14 +1412,14 @@ class Sequence:
 def builtin_sequence(name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None) -> Sequence:
     """The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
     "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None: the sequence of
-    the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these, with
-    noise and detections of their own;
+    the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these,
+    with noise and detections of their own;
     `people`: 0 to 2; `camera`: another camera; `carried`: "book", "keyboard", "bottle", "cup" or "box": such
     a thing stands on the table, and a hand moves it between seconds 1 and 7.
     """
 
 def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None) -> Map:
-    """Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now on, as
-    in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded that came
-    without the folder of its history.
+    """Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now
+    on, as in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded
+    that came without the folder of its history.
     """

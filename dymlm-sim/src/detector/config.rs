@@ -46,9 +46,9 @@ impl DetectionRates {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct DetectorConfig {
-    /// Scores of people and of what they carry. Default 0.005, 0.024, 0.115 at 7 % of the image and 0.85 sigma for each doubling:
-    /// fitted to the measured shares at the three scores in the four size classes. (Views lost to
-    /// [`merged_overlap`](Self::merged_overlap) come on top.)
+    /// Scores of people and of what they carry. Default 0.005, 0.024, 0.115 at 7 % of the image and 0.85
+    /// sigma for each doubling: fitted to the measured shares at the three scores in the four size classes.
+    /// (Views lost to [`merged_overlap`](Self::merged_overlap) come on top.)
     pub movers: DetectionRates,
     /// Scores of all other things. Default 0.3, 0.65, 0.825: the median score of the 918 boxes of other
     /// labels in the same recording is 0.49, a quarter is above 0.7; the misses are an estimate.
@@ -83,8 +83,8 @@ pub struct DetectorConfig {
     pub surplus_rate: f64,
     /// Invented boxes (around nothing, with other labels) for each frame, 0..=1, default 0.1 (an estimate).
     pub invented_rate: f64,
-    /// Share of things that get a wrong label, but people and what they carry, 0..=1, default 0.05, in bursts (an
-    /// estimate). People never do: none of the 16 missed ones was found under another label.
+    /// Share of things, but people and what they carry, that get a wrong label, 0..=1, default 0.05, in
+    /// bursts (an estimate). People never do: none of the 16 missed ones was found under another label.
     pub confusion_rate: f64,
 }
 

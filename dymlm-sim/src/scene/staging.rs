@@ -150,8 +150,8 @@ impl Scene {
         })
     }
 
-    /// A chair on which nobody sits, its place, and a place to which it can be pushed in a straight line before
-    /// the last frame.
+    /// A chair on which nobody sits, its place, and a place to which it can be pushed in a straight line
+    /// before the last frame.
     fn place_for_chair(
         &self,
         stage: &Stage<'_>,

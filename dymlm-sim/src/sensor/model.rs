@@ -23,8 +23,8 @@ pub(crate) struct Sensor {
     steep: f32,
 }
 
-/// Steps of a disparity finer than this, as [`SensorConfig::quantization`] has them, are none: at the nearest
-/// depth of a sensor they are a nanometre.
+/// Steps of a disparity finer than this, as [`SensorConfig::quantization`] has them, are none: at 1 m they
+/// are a tenth of a micrometre, and much finer ones cannot be counted.
 const FINEST_QUANTIZATION: f64 = 1e-7;
 
 /// What a frame shows: exact depth, what each pixel looks at, and the share of readings that are lost on each
