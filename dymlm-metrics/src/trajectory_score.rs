@@ -38,9 +38,9 @@ impl TrajectoryScore {
     pub fn of(estimated: &[Pose], truth: &[Pose]) -> Option<Self> {
         let count = estimated.len().min(truth.len());
         let (estimated, truth) = (&estimated[..count], &truth[..count]);
-        let by_attitudes = attitude_alignment(estimated, truth)?;
         let positions = |poses: &[Pose]| poses.iter().map(Pose::translation).collect::<Vec<_>>();
         let (from, to) = (positions(estimated), positions(truth));
+        let by_attitudes = onto_mean(&attitude_alignment(estimated, truth)?, mean(&from), mean(&to))?;
         let by_positions = rigid_alignment(&from, &to)
             .or_else(|| line_alignment(&from, &to, &by_attitudes))
             .unwrap_or(by_attitudes);
@@ -56,8 +56,7 @@ impl TrajectoryScore {
     }
 }
 
-/// The rotation that fits attitudes best, with the translation that then fits the mean position. `None`
-/// without poses.
+/// The rotation that fits attitudes best. `None` without poses.
 fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
     const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     // Each axis in both directions, so that their mean is the origin.
@@ -65,9 +64,12 @@ fn attitude_alignment(estimated: &[Pose], truth: &[Pose]) -> Option<Pose> {
         let ends = poses.iter().flat_map(|pose| AXES.map(|axis| pose.rotate(axis)));
         ends.flat_map(|end| [end, end.map(|x| -x)]).collect()
     };
-    let turn = rigid_alignment(&axes(estimated), &axes(truth))?;
-    let mean = |poses: &[Pose]| mean(&poses.iter().map(Pose::translation).collect::<Vec<_>>());
-    Pose::new(difference(mean(truth), turn.rotate(mean(estimated))), turn.quaternion()).ok()
+    rigid_alignment(&axes(estimated), &axes(truth))
+}
+
+/// The motion with this rotation that takes one mean position to the other.
+fn onto_mean(rotation: &Pose, from: [f64; 3], to: [f64; 3]) -> Option<Pose> {
+    Pose::new(difference(to, rotation.rotate(from)), rotation.quaternion()).ok()
 }
 
 /// The rigid motion that fits positions best where one of the two lists is on a line, which leaves the turn
@@ -88,7 +90,7 @@ fn line_alignment(from: &[[f64; 3]], to: &[[f64; 3]], guess: &Pose) -> Option<Po
     let midway = unit(along(turned, 1.0, to_line)).unwrap_or_else(|| any_across(turned));
     let axis = cross(turned, midway);
     let turn = Pose::new([0.0; 3], [axis[0], axis[1], axis[2], dot(turned, midway)]).ok()? * *guess;
-    Pose::new(difference(to_mean, turn.rotate(from_mean)), turn.quaternion()).ok()
+    onto_mean(&turn, from_mean, to_mean)
 }
 
 fn mean(positions: &[[f64; 3]]) -> [f64; 3] {
@@ -132,12 +134,10 @@ mod tests {
             let score = TrajectoryScore::of(&turned, &truth).unwrap();
             assert!(score.translation < 1e-9 && score.rotation < 1e-6, "{score:?}");
             // On one side of a line that the truth keeps: the mean is all that can be moved.
-            let beside = [0.0, 0.1, 0.1, 0.0];
-            let mut index = 0;
-            let bent = turned.map(|pose| {
+            let bent = [(0, 0.0), (1, 0.1), (2, 0.1), (3, 0.0)].map(|(index, beside)| {
+                let pose: &Pose = &turned[index];
                 let [x, y, _] = pose.translation();
-                index += 1;
-                Pose::new([x, y, beside[index - 1]], pose.quaternion()).unwrap()
+                Pose::new([x, y, beside], pose.quaternion()).unwrap()
             });
             let score = TrajectoryScore::of(&bent, &truth).unwrap();
             assert!(score.translation < 0.051, "{score:?}");

@@ -86,21 +86,22 @@ fn table_within(fields: &Bound<'_, PyDict>, levels: usize) -> PyResult<Table> {
     fields.iter().map(|(name, value)| Ok((name.extract()?, value_within(&value, levels)?))).collect()
 }
 
+/// The levels that are left one level deeper.
+fn deeper(levels: usize) -> PyResult<usize> {
+    let words = || format!("a config cannot hold more than {MOST_LEVELS} levels of dictionaries and lists");
+    levels.checked_sub(1).ok_or_else(|| refused_setting(words()))
+}
+
 fn value_within(value: &Bound<'_, PyAny>, levels: usize) -> PyResult<Value> {
-    let deeper = || {
-        let words =
-            || format!("a config cannot hold more than {MOST_LEVELS} levels of dictionaries and lists");
-        levels.checked_sub(1).ok_or_else(|| refused_setting(words()))
-    };
     if let Ok(table) = value.cast::<PyDict>() {
-        return table_within(table, deeper()?).map(Value::Table);
+        return table_within(table, deeper(levels)?).map(Value::Table);
     }
     // Booleans come before integers, since a bool is an int in Python; those of numpy are none of Python's.
     if let Ok(bit) = value.extract() {
         return Ok(Value::Boolean(bit));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let levels = deeper()?;
+        let levels = deeper(levels)?;
         let values: PyResult<_> = value.try_iter()?.map(|value| value_within(&value?, levels)).collect();
         return values.map(Value::Array);
     }

@@ -1413,9 +1413,9 @@ def builtin_sequence(name: str | None = None, *, frames: int | None = None, ever
     """The built-in sequence: people walk through an office, seen by a Kinect-like camera. name: "walking_xyz",
     "walking_static", "walking_halfsphere", "walking_rpy", or the same with "sitting"; None: the sequence of
     the program build_map. `frames`: number at 10 a second, by default 150; `every`: only every n-th of these,
-    with noise and detections of their own;
-    `people`: 0 to 2; `camera`: another camera; `carried`: "book", "keyboard", "bottle", "cup" or "box": such
-    a thing stands on the table, and a hand moves it between seconds 1 and 7.
+    with noise and detections of their own; `people`: 0 to 2; `camera`: another camera; `carried`: "book",
+    "keyboard", "bottle", "cup" or "box": such a thing stands on the table, and a hand moves it between seconds
+    1 and 7.
     """
 
 def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None) -> Map:

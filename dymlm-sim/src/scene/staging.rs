@@ -96,8 +96,8 @@ impl Scene {
                 }
             }
         }
-        let stays = matches!(event, SceneEvent::Trolley | SceneEvent::Door);
-        if !stays && happening.end > stage.last {
+        let is_for_good = !matches!(event, SceneEvent::Trolley | SceneEvent::Door);
+        if is_for_good && happening.end > stage.last {
             return None;
         }
         self.happenings.push(happening);
