@@ -629,7 +629,7 @@ mod tests {
 
     #[test]
     fn a_year_takes_few_periods() {
-        for step in [100, 1440, 24 * 1440] {
+        for step in [1000, 1440, 24 * 1440] {
             let mut epochs = Epochs::default();
             for epoch in (0..365 * 24 * 1440).step_by(step) {
                 epochs.period_mut(epoch).count(0, Finding::Surface, Direction::Insert);

@@ -133,6 +133,7 @@ fn a_folder_that_is_none_is_refused() {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_kitchen_frame_takes_less_than_100_kilobytes() {
     let Some(folder) = recording("kitchen_people") else { return };
     let mut detector = PlaneDetector::new(&PlaneDetectorConfig::default(), &SensorModel::kinect()).unwrap();

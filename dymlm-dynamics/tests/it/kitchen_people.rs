@@ -42,6 +42,7 @@ fn masks_cover_the_people() {
 /// At scores of 0.7 and above the detector misses one person view in five, many of them before the first or
 /// after the last detection.
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn masks_cover_the_people_whom_the_detector_often_misses() {
     check_masks(0.7, [[0.929, 0.58], [0.964, 0.57], [0.972, 0.46], [0.971, 0.80]]);
 }

@@ -138,7 +138,7 @@ fn shapes() -> impl Strategy<Value = Vec<Point>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
     fn no_search_finds_a_smaller_box(points in shapes()) {

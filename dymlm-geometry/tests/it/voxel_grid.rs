@@ -49,7 +49,7 @@ fn clouds() -> impl Strategy<Value = PointCloud> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(150))]
 
     /// Voxels of 10 cm are numbered in 32 bits, those of 1 mm may need 52, those of 0.1 mm more.
     #[test]

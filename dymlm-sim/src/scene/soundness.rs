@@ -232,8 +232,8 @@ fn things_are_in_the_room_and_stand_on_something() {
 fn people_meet_no_furniture_but_the_chairs_they_sit_on() {
     for (name, scene) in WALKING.iter().chain(SITTING.iter()).chain(AT_DESKS.iter()) {
         let mut bodies = Vec::new();
-        for step in 0..80 {
-            scene.moving_parts(0.53 * f64::from(step), &mut bodies);
+        for step in 0..40 {
+            scene.moving_parts(1.06 * f64::from(step), &mut bodies);
             assert_eq!(bodies.len(), 36);
             for body in &bodies {
                 for part in scene.static_parts.iter().filter(|part| part.instance != FLOOR && !is_room(part))

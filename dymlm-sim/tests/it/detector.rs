@@ -57,6 +57,7 @@ fn assert_near(what: &str, value: f64, expected: f64, tolerance: f64) {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn the_committed_figures_are_those_of_the_recording() {
     let Some(folder) = recording("kitchen_people") else { return };
     let mut statistics = DetectorStatistics::new("person");

@@ -69,7 +69,7 @@ fn each_event_has_a_thing_of_its_own() {
     }
     assert!(made >= 3, "{made} of 20");
     assert!(Sequence::new(&twice(SceneEvent::Trolley, false)).is_err());
-    for seed in 0..20 {
+    for seed in 0..5 {
         let mut config = twice(SceneEvent::Door, true);
         config.seed = seed;
         assert!(Sequence::new(&config).is_err(), "one door, seed {seed}");

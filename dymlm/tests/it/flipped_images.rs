@@ -75,6 +75,7 @@ impl Flips {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn maps_of_flipped_images_are_the_same() {
     let frames = frames();
     let upright = Flips { columns: false, rows: false }.map(&frames);

@@ -85,6 +85,7 @@ fn reloaded(frames: &[SimulatedFrame], budget: usize) -> Reloaded {
 
 #[cfg(feature = "io")]
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn maps_are_loaded_within_their_budget() {
     let frames = frames();
     let [small, large] = [0, usize::MAX].map(|budget| reloaded(&frames, budget));
@@ -99,6 +100,7 @@ fn maps_are_loaded_within_their_budget() {
 
 /// Regression: while maps were made anew, what their history held in memory did not count.
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn merged_maps_are_within_the_budget_with_their_history() {
     let frames = frames();
     let (first, second) = frames.split_at(frames.len() / 2);

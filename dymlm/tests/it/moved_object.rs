@@ -95,6 +95,7 @@ fn object_at(builder: &MapBuilder, thing: &CarriedThing) -> Option<ObjectId> {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
     let sequence = sequence();
     let [old, new] = [0, FRAMES - 1].map(|index| sequence.carried_thing(index).unwrap());
@@ -148,6 +149,7 @@ fn the_old_place_is_empty_and_the_thing_stands_at_the_new_one_in_all_maps() {
 /// Regression: the thing was moved from where the correction of the newest frame would have brought it, while the
 /// frames that saw it stand there had stayed.
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_thing_that_is_carried_while_poses_are_corrected_is_put_down_where_it_stands() {
     put_down_after_a_correction(4 * RATE as usize, ObjectState::Tracking, true);
 }

@@ -174,7 +174,7 @@ fn the_interval_is_kept_and_nobody_s_maps_are_not_published() {
 
 #[test]
 fn changes_applied_to_a_copy_are_the_map_over_a_session_with_a_correction() {
-    let frames = frames(14);
+    let frames = frames(9);
     let mut builder = builder();
     let reader = builder.reader();
     let mut known = reader.latest();
@@ -182,8 +182,8 @@ fn changes_applied_to_a_copy_are_the_map_over_a_session_with_a_correction() {
     for (index, frame) in frames.iter().enumerate() {
         insert_all(&mut builder, std::slice::from_ref(frame));
         match index {
-            5 => drop(builder.transform(&Pose::new([0.3, 0.1, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap()).unwrap()),
-            9 => builder.forget_outside(frame.world_from_camera.translation(), 1.5),
+            3 => drop(builder.transform(&Pose::new([0.3, 0.1, 0.0], [0.0, 0.0, 0.6, 0.8]).unwrap()).unwrap()),
+            5 => builder.forget_outside(frame.world_from_camera.translation(), 1.5),
             _ => {}
         }
         // Not every state is asked for.

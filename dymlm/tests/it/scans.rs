@@ -172,6 +172,7 @@ fn with_history(history: HistoryConfig) -> MapBuilder {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn scans_follow_corrected_poses() {
     let pose = |step: u64, drift: f64| {
         let x = 0.1 * step as f64;
@@ -251,6 +252,7 @@ fn a_correction_of_scans_is_watched_and_reported() {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_correction_of_the_last_scans_maps_few_again_to_the_same_bits() {
     let (mut builder, moved_from) = scans_of_a_way(26);
     let mut total = 0;

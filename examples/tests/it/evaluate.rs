@@ -90,6 +90,7 @@ fn options_that_would_be_ignored_are_refused() {
 
 /// A building runs at `--rate`: its detector cannot be faster, and a rate that fits is taken from that.
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_detector_runs_at_a_share_of_the_sequence_s_own_rate() {
     let folder = tempfile::tempdir().unwrap();
     let plan = write_plan(folder.path(), "[0, 0, 0]");

@@ -70,6 +70,7 @@ fn check_needs_no_network(page: &str) {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_chair_that_was_pushed_away_is_told_of() {
     let mut config = SequenceConfig::random_room(8);
     (config.room, config.world_from_scene) = (Room::Office, Pose::identity());

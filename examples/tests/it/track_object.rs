@@ -9,6 +9,7 @@ use dymlm_sim::{CameraPath, CarriedKind, CarriedMotion, CarriedObject, Sequence,
 use crate::example_program::example_program;
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn what_stands_in_a_recording_stays_at_rest() {
     let Some(program) = example_program("track_object") else { return };
 
