@@ -95,7 +95,7 @@ T = {
     "MapReader": {"latest": "-> Map", "wait_newer": "than: Map, timeout: float = math.inf -> Map | None"},
     "MapSaver": {
         "__init__": "folder: str | os.PathLike[str]",
-        "load": "@static folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None -> tuple[MapSaver, Map]",
+        "load": "@static folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None, memory: dict[str, Any] | None = None -> tuple[MapSaver, Map]",
         "save": "map: Map -> None",
         "close": "-> None",
         "__enter__": "-> MapSaver",
@@ -343,7 +343,7 @@ T = {
 }
 TF = {
     "builtin_sequence": "name: str | None = None, *, frames: int | None = None, every: int = 1, people: int | None = None, seed: int | None = None, camera: Camera | None = None, carried: str | None = None -> Sequence",
-    "load": "folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None -> Map",
+    "load": "folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None, memory: dict[str, Any] | None = None -> Map",
 }
 O = "float | None"
 Q = "tuple[float, float] | None"

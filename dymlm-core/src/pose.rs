@@ -17,7 +17,9 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A translation in metres and a quaternion x y z w, which is normalized.
+    /// A translation in metres and a quaternion x y z w, which is normalized. One of unit length, to 1e-9, is
+    /// taken as it is: who hands back the [`translation`](Self::translation) and
+    /// [`quaternion`](Self::quaternion) of a pose gets this pose, to the bit.
     ///
     /// # Errors
     ///
@@ -39,7 +41,12 @@ impl Pose {
             return Err(Error::Pose { translation, quaternion, norm });
         }
         let [x, y, z, w] = quaternion;
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let quaternion = Quaternion::new(w, x, y, z);
+        let rotation = if (norm - 1.0).abs() <= 1e-9 {
+            UnitQuaternion::new_unchecked(quaternion)
+        } else {
+            UnitQuaternion::new_normalize(quaternion)
+        };
         Ok(Self { isometry: Isometry3::from_parts(Translation3::from(translation), rotation) })
     }
 
@@ -169,17 +176,8 @@ struct RawPose {
 impl TryFrom<RawPose> for Pose {
     type Error = Error;
 
-    /// A pose that was written is read back bit by bit: a quaternion of unit length, to rounding, is not
-    /// normalized again.
     fn try_from(raw: RawPose) -> Result<Self, Error> {
-        let pose = Self::new(raw.translation, raw.quaternion)?;
-        let departure = raw.quaternion.iter().map(|q| q * q).sum::<f64>() - 1.0;
-        if departure.abs() > 1e-9 {
-            return Ok(pose);
-        }
-        let [x, y, z, w] = raw.quaternion;
-        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-        Ok(Self { isometry: Isometry3::from_parts(pose.isometry.translation, rotation) })
+        Self::new(raw.translation, raw.quaternion)
     }
 }
 

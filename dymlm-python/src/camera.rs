@@ -54,6 +54,12 @@ impl PyCamera {
         self.0.cy()
     }
 
+    /// For pickle and copy.
+    fn __getnewargs__(&self) -> (usize, usize, f64, f64, f64, f64) {
+        let Self(camera) = self;
+        (camera.width(), camera.height(), camera.fx(), camera.fy(), camera.cx(), camera.cy())
+    }
+
     fn __repr__(&self) -> String {
         let Self(camera) = self;
         format!(

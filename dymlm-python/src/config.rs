@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use dymlm::{HistoryConfig, MapConfig};
+use dymlm::MapConfig;
+use dymlm::files::LoadOptions;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
@@ -53,6 +54,11 @@ impl PyConfig {
         dict_of(py, Table::try_from(&self.0).or_raise()?)
     }
 
+    /// For pickle and copy.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::empty(py), self.to_dict(py)?))
+    }
+
     fn __repr__(&self) -> PyResult<String> {
         Ok(format!("Config.from_toml({:?})", self.to_toml()?))
     }
@@ -77,9 +83,24 @@ pub(crate) fn table_of(fields: &Bound<'_, PyDict>) -> PyResult<Table> {
     table_within(fields, MOST_LEVELS)
 }
 
-/// The setting `history`, as a config has it.
-pub(crate) fn history_of(given: &Bound<'_, PyAny>) -> PyResult<HistoryConfig> {
-    value_within(given, MOST_LEVELS)?.try_into().map_err(|error| refused_setting(format!("history: {error}")))
+/// What is another where maps are loaded: settings as a config has them, or None.
+pub(crate) fn load_options(
+    history: Option<&Bound<'_, PyAny>>,
+    memory: Option<&Bound<'_, PyAny>>,
+) -> PyResult<LoadOptions> {
+    let mut options = LoadOptions::default();
+    options.history = history.map(|given| setting("history", given, Value::try_into)).transpose()?;
+    options.memory = memory.map(|given| setting("memory", given, Value::try_into)).transpose()?;
+    Ok(options)
+}
+
+fn setting<T>(
+    name: &str,
+    given: &Bound<'_, PyAny>,
+    read: fn(Value) -> Result<T, toml::de::Error>,
+) -> PyResult<T> {
+    let value = value_within(given, MOST_LEVELS)?;
+    read(value).map_err(|error| refused_setting(format!("{name}: {error}")))
 }
 
 fn table_within(fields: &Bound<'_, PyDict>, levels: usize) -> PyResult<Table> {

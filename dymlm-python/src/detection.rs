@@ -60,10 +60,18 @@ impl PyDetection {
         self.0.mask().map(|mask| mask_to_array(py, mask)).transpose()
     }
 
+    /// For pickle and copy.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<DetectionParts<'py>> {
+        Ok((self.label().to_owned(), self.r#box(), self.score(), self.mask(py)?))
+    }
+
     fn __repr__(&self) -> String {
         format!("Detection({:?}, box={:?}, score={})", self.label(), self.r#box(), self.score())
     }
 }
+
+/// Label, box, score and mask.
+type DetectionParts<'py> = (String, [f32; 4], f32, Option<Array2<'py, bool>>);
 
 /// Converts an array (height, width) of bools to a mask.
 pub(crate) fn mask_of(given: &Bound<'_, PyAny>) -> PyResult<Mask> {

@@ -104,6 +104,18 @@ impl PyFrame {
         self.truth.as_ref().map(|truth| mask_to_array(py, &truth.mover_mask)).transpose()
     }
 
+    /// For pickle and copy.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<FrameParts<'py>> {
+        if self.truth.is_some() {
+            return Err(PyTypeError::new_err(
+                "the truth about a simulated frame cannot be pickled: make a Frame of its images, or pass on \
+                 the sequence's settings and the frame's index",
+            ));
+        }
+        let (depth, color, found) = (self.depth(py)?, self.color(py)?, self.detections(py)?);
+        Ok((self.camera(), self.timestamp(), depth, color, self.world_from_camera(), found))
+    }
+
     fn __repr__(&self) -> String {
         let camera = self.frame.camera();
         format!(
@@ -114,6 +126,10 @@ impl PyFrame {
         )
     }
 }
+
+/// Camera, time, depth, colours, pose and detections.
+type FrameParts<'py> =
+    (PyCamera, f64, Array2<'py, f32>, Option<Bound<'py, PyArray3<u8>>>, PyPose, Bound<'py, PyAny>);
 
 /// The images of a frame as the caller passes them.
 #[derive(Clone, Copy)]

@@ -15,7 +15,7 @@ use pyo3::types::{PyDict, PyInt};
 use crate::arrays::{Array1, to_vector, vector};
 use crate::changes::{PyMapChanges, PyWorldChanges};
 use crate::cloud::PyCloud;
-use crate::config::{PyConfig, history_of};
+use crate::config::{PyConfig, load_options};
 use crate::error::{OrRaise, refused};
 use crate::floor_grid::{PyFloorGrid, floor_grid_config};
 use crate::merge::PyMergeReport;
@@ -303,16 +303,18 @@ impl PyMap {
 
 /// Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now
 /// on, as in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded
-/// that came without the folder of its history.
+/// that came without the folder of its history. `memory`: how much it may take from now on, as in Config
+/// ({"budget": bytes, "path": folder}, {} for no limit); None: as where it was saved.
 #[pyfunction]
-#[pyo3(signature = (folder, history = None))]
-pub(crate) fn load(py: Python<'_>, folder: PathBuf, history: Option<&Bound<'_, PyAny>>) -> PyResult<PyMap> {
-    let history = history.map(history_of).transpose()?;
-    let load = || match history {
-        Some(history) => MultiLevelMap::load_with_history(folder, history),
-        None => MultiLevelMap::load(folder),
-    };
-    py.detach(load).or_raise().map(PyMap::of)
+#[pyo3(signature = (folder, history = None, memory = None))]
+pub(crate) fn load(
+    py: Python<'_>,
+    folder: PathBuf,
+    history: Option<&Bound<'_, PyAny>>,
+    memory: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyMap> {
+    let options = load_options(history, memory)?;
+    py.detach(|| MultiLevelMap::load_with(folder, &options)).or_raise().map(PyMap::of)
 }
 
 /// An id; a number that can be none raises what an id without a thing raises.

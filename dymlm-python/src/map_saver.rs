@@ -6,7 +6,7 @@ use dymlm::files::MapSaver;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::config::history_of;
+use crate::config::load_options;
 use crate::error::{OrRaise, refused};
 use crate::exclusive::Exclusive;
 use crate::map::PyMap;
@@ -30,12 +30,17 @@ impl PyMapSaver {
     }
 
     /// Loads the map of a folder to continue saving there. Returns a MapSaver, whose first save writes only
-    /// the changes since, and the Map. `history`: as for `dymlm.load`.
+    /// the changes since, and the Map. `history` and `memory`: as for `dymlm.load`.
     #[staticmethod]
-    #[pyo3(signature = (folder, history = None))]
-    fn load(py: Python<'_>, folder: PathBuf, history: Option<&Bound<'_, PyAny>>) -> PyResult<(Self, PyMap)> {
-        let history = history.map(history_of).transpose()?;
-        let (saver, map) = py.detach(|| MapSaver::load(folder, history)).or_raise()?;
+    #[pyo3(signature = (folder, history = None, memory = None))]
+    fn load(
+        py: Python<'_>,
+        folder: PathBuf,
+        history: Option<&Bound<'_, PyAny>>,
+        memory: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(Self, PyMap)> {
+        let options = load_options(history, memory)?;
+        let (saver, map) = py.detach(|| MapSaver::load(folder, &options)).or_raise()?;
         Ok((Self::of(saver), PyMap::of(map)))
     }
 

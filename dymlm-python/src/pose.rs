@@ -79,6 +79,11 @@ impl PyPose {
         }
     }
 
+    /// For pickle and copy.
+    fn __getnewargs__(&self) -> ([f64; 3], [f64; 4]) {
+        (self.0.translation(), self.0.quaternion())
+    }
+
     fn __repr__(&self) -> String {
         format!("Pose(translation={:?}, quaternion={:?})", self.0.translation(), self.0.quaternion())
     }

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use dymlm::cloud::CloudFrameReport;
+use dymlm::core::{ObjectId, PlaneId};
 use dymlm::dynamics::Mover;
-use dymlm::{FrameOutcome, FrameReport, MapUpdate, Stage};
+use dymlm::octree::InsertReport;
+use dymlm::{FrameOutcome, FrameReport, MapUpdate, ScanUpdate, Stage};
 use pyo3::prelude::*;
 
 use crate::correction::PyCorrectionReport;
@@ -27,7 +30,7 @@ pub(crate) struct PyFrameReport {
     stages: BTreeMap<&'static str, f64>,
     /// Reports of other frames that had waited for detections and were processed in this call.
     released: Vec<Py<PyFrameReport>>,
-    /// What was added to the maps, a MapUpdate; None when the frame was not "mapped".
+    /// What was added to the maps, a MapUpdate; None when the frame was neither "mapped" nor "scanned".
     update: Option<PyMapUpdate>,
     /// How the maps changed, a CorrectionReport; None when the frame was not "mended".
     correction: Option<PyCorrectionReport>,
@@ -44,13 +47,13 @@ impl PyFrameReport {
     pub(crate) fn of(py: Python<'_>, report: FrameReport) -> PyResult<Self> {
         let stages = Stage::ALL.iter().map(|&stage| (stage.name(), report.stages.of(stage).as_secs_f64()));
         let stages = stages.chain([("total", report.stages.total().as_secs_f64())]).collect();
-        let (outcome, correction) = match &report.outcome {
-            FrameOutcome::Waiting => ("waiting", None),
-            FrameOutcome::Tracked => ("tracked", None),
-            FrameOutcome::Mapped(_) => ("mapped", None),
-            FrameOutcome::Scanned(_) => ("scanned", None),
-            FrameOutcome::Mended(correction) => ("mended", Some(PyCorrectionReport::of(correction))),
-            _ => ("", None),
+        let (outcome, update, correction) = match &report.outcome {
+            FrameOutcome::Waiting => ("waiting", None, None),
+            FrameOutcome::Tracked => ("tracked", None, None),
+            FrameOutcome::Mapped(update) => ("mapped", Some(PyMapUpdate::of(update)), None),
+            FrameOutcome::Scanned(update) => ("scanned", Some(PyMapUpdate::of_scan(update)), None),
+            FrameOutcome::Mended(correction) => ("mended", None, Some(PyCorrectionReport::of(correction))),
+            _ => ("", None, None),
         };
         Ok(Self {
             id: report.id.get(),
@@ -59,7 +62,7 @@ impl PyFrameReport {
             movers: report.movers.iter().map(PyMover::of).collect(),
             masked_pixels: report.masked_pixels,
             stages,
-            update: report.update().map(PyMapUpdate::of),
+            update,
             correction,
             released: Self::of_all(py, report.released)?,
         })
@@ -108,9 +111,10 @@ impl PyMover {
     }
 }
 
-/// What a key frame has added to the maps. Planes and objects are given by their ids.
+/// What a key frame or a scan has added to the maps. Planes and objects are given by their ids; a scan adds to
+/// cloud and octree, and updates or removes objects where it sees free space.
 #[pyclass(frozen, get_all, name = "MapUpdate", module = "dymlm")]
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct PyMapUpdate {
     /// Number of static readings in range.
     readings: usize,
@@ -141,13 +145,8 @@ pub(crate) struct PyMapUpdate {
 impl PyMapUpdate {
     fn of(update: &MapUpdate) -> Self {
         let MapUpdate { cloud, octree, planes, objects, .. } = update;
-        let of_planes = |ids: &[dymlm::core::PlaneId]| ids.iter().map(|id| id.get()).collect();
-        let of_objects = |ids: &[dymlm::core::ObjectId]| ids.iter().map(|id| id.get()).collect();
+        let of_planes = |ids: &[PlaneId]| ids.iter().map(|id| id.get()).collect();
         Self {
-            readings: cloud.readings,
-            new_voxels: cloud.new_voxels,
-            hit_cells: octree.hit_cells,
-            missed_cells: octree.missed_cells,
             planes_created: of_planes(&planes.created),
             planes_updated: of_planes(&planes.updated),
             planes_merged: planes.merged.iter().map(|merge| (merge.from.get(), merge.into.get())).collect(),
@@ -156,6 +155,28 @@ impl PyMapUpdate {
             objects_confirmed: of_objects(&objects.confirmed),
             objects_merged: objects.merged.iter().map(|one| (one.removed.get(), one.kept.get())).collect(),
             objects_removed: of_objects(&objects.removed),
+            ..Self::of_space(cloud, octree)
         }
     }
+
+    fn of_scan(update: &ScanUpdate) -> Self {
+        let ScanUpdate { cloud, octree, removed, updated, .. } = update;
+        let (objects_updated, objects_removed) = (of_objects(updated), of_objects(removed));
+        Self { objects_updated, objects_removed, ..Self::of_space(cloud, octree) }
+    }
+
+    /// What has come into cloud and octree.
+    fn of_space(cloud: &CloudFrameReport, octree: &InsertReport) -> Self {
+        Self {
+            readings: cloud.readings,
+            new_voxels: cloud.new_voxels,
+            hit_cells: octree.hit_cells,
+            missed_cells: octree.missed_cells,
+            ..Self::default()
+        }
+    }
+}
+
+fn of_objects(ids: &[ObjectId]) -> Vec<u64> {
+    ids.iter().map(|id| id.get()).collect()
 }

@@ -147,6 +147,19 @@ def test_a_map_without_the_folder_of_its_history_can_be_looked_at(frames, tmp_pa
         dymlm.load(tmp_path / "map", history="disk")
 
 
+def test_a_map_goes_on_where_the_folder_of_its_budget_is_not(frames, tmp_path):
+    robot = tmp_path / "robot"
+    robot.mkdir()
+    inserted(frames[:2], memory={"budget": 0, "path": str(robot)}).finish().save(tmp_path / "map")
+    shutil.rmtree(robot)
+    with pytest.raises(dymlm.Error, match="robot"):
+        dymlm.MapBuilder.resume(dymlm.load(tmp_path / "map"), frames[0].camera)
+    map = dymlm.load(tmp_path / "map", memory={})
+    assert dymlm.MapBuilder.resume(map, frames[0].camera).config.to_dict().get("memory", {}) == {}
+    with pytest.raises(dymlm.ConfigError, match="memory"):
+        dymlm.load(tmp_path / "map", memory={"budget": "much"})
+
+
 def test_a_saver_that_is_closed_lets_others_write(frames, tmp_path):
     map = inserted(frames[:1]).map()
     with dymlm.MapSaver(tmp_path / "map") as saver:

@@ -110,6 +110,8 @@ def test_scans_are_mapped(frames):
     for step in range(3):
         report = builder.insert_scan(0.1 * step, [[9.0, 0.0, 0.5]], dymlm.Pose.identity())
     assert report.outcome == "scanned"
+    assert (report.update.hit_cells, report.update.readings) == (1, 1) and report.update.missed_cells > 100
+    assert report.update.planes_created == report.update.objects_removed == []
     assert list(builder.map().octree.states([[9.0, 0.0, 0.5], [5.0, 0.0, 0.28]])) == [1, 0]
 
 

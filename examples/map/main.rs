@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand};
 use dymlm::core::Pose;
-use dymlm::files::MapSaver;
+use dymlm::files::{LoadOptions, MapSaver};
 use dymlm::{FoundObject, HistoryConfig, MapBuilder, MergeReport, MultiLevelMap, SessionChanges};
 use dymlm_examples::{AnyError, Failure, read_pose, up_of_map};
 
@@ -192,7 +192,9 @@ pub(crate) fn triple(numbers: &[f64]) -> [f64; 3] {
 
 /// Loads a map without its history, whose folder need not be on the machine where somebody looks at the map.
 pub(crate) fn load_to_look(folder: &Path) -> Result<MultiLevelMap, dymlm::Error> {
-    MultiLevelMap::load_with_history(folder, HistoryConfig::None)
+    let mut options = LoadOptions::default();
+    options.history = Some(HistoryConfig::None);
+    MultiLevelMap::load_with(folder, &options)
 }
 
 fn gltf(folder: &Path, out: &Path, up: Option<[f64; 3]>) -> Result<(), AnyError> {

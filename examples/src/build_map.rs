@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use dymlm::core::{FrameId, Pose};
-use dymlm::files::{Autosave, MapSaver};
+use dymlm::files::{Autosave, LoadOptions, MapSaver};
 use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
@@ -260,7 +260,7 @@ fn title(arguments: &Arguments) -> String {
 fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
         let (saver, map) = if is_same(folder, &arguments.out) {
-            MapSaver::load(folder, None)?
+            MapSaver::load(folder, &LoadOptions::default())?
         } else {
             (MapSaver::create(&arguments.out)?, MultiLevelMap::load(folder)?)
         };

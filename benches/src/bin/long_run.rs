@@ -12,7 +12,7 @@ use std::error::Error;
 use std::path::Path;
 
 use dymlm::core::{FrameId, PinholeCamera, Pose};
-use dymlm::files::MapSaver;
+use dymlm::files::{LoadOptions, MapSaver};
 use dymlm::{HistoryConfig, MapBuilder, MapConfig, MapMemory, MultiLevelMap};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 use dymlm_test_support::processor_time;
@@ -106,7 +106,7 @@ fn save_and_load(
     costs.save = timed(|| saver.save(&map))?.1;
     let folder = saver.folder().to_path_buf();
     drop((map, saver));
-    let (loaded, load) = timed(|| MapSaver::load(&folder, None))?;
+    let (loaded, load) = timed(|| MapSaver::load(&folder, &LoadOptions::default()))?;
     costs.load = load;
     Ok(loaded)
 }

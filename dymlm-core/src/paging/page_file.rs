@@ -34,9 +34,10 @@ impl PageFile {
     ///
     /// # Errors
     ///
-    /// Those of making a file there.
+    /// Those of making a file there, with the folder's name.
     pub fn create_in(folder: &Path) -> Result<Arc<Self>> {
-        let file = ScratchFile::create_in(folder, "pages")?;
+        let named = |error: Error| Error::new(error.kind(), format!("{}: {error}", folder.display()));
+        let file = ScratchFile::create_in(folder, "pages").map_err(named)?;
         Ok(Arc::new(Self { file, free: Mutex::default(), failure: OnceLock::new() }))
     }
 

@@ -28,6 +28,13 @@ proptest! {
         prop_assert!(distance((a * b).transform_point(point), a.transform_point(b.transform_point(point))) < 1e-9);
     }
 
+    /// Regression: normalized again, its last bits changed, and a map took the frame for one that had moved.
+    #[test]
+    fn a_pose_that_is_handed_back_in_its_parts_is_the_same_to_the_bit(poses in prop::collection::vec(any_pose(), 1..5)) {
+        let pose = poses.iter().fold(Pose::identity(), |product, pose| product * *pose);
+        prop_assert_eq!(Pose::new(pose.translation(), pose.quaternion()).unwrap(), pose);
+    }
+
     #[test]
     fn a_rotation_matrix_gives_the_same_pose(pose in any_pose()) {
         let again = Pose::from_rotation_matrix(pose.rotation_matrix(), pose.translation()).unwrap();

@@ -152,6 +152,7 @@ fn an_object_has_the_shape_of_its_label() {
 
 /// Regression: an hour before a screen on a wall outvoted all tables of a flat.
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn what_is_seen_at_rest_does_not_outvote_what_is_seen_on_the_way() {
     let mut scene = kitchen();
     scene.boxes.push(upright([0.0, 1.47, 0.5], 0.0, [0.8, 0.06, 0.5]));

@@ -432,9 +432,9 @@ class MapSaver:
     def __new__(cls, folder: str | os.PathLike[str]) -> MapSaver: ...
 
     @staticmethod
-    def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None) -> tuple[MapSaver, Map]:
+    def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None, memory: dict[str, Any] | None = None) -> tuple[MapSaver, Map]:
         """Loads the map of a folder to continue saving there. Returns a MapSaver, whose first save writes only
-        the changes since, and the Map. `history`: as for `dymlm.load`.
+        the changes since, and the Map. `history` and `memory`: as for `dymlm.load`.
         """
 
     def save(self, map: Map) -> None:
@@ -562,7 +562,7 @@ class FrameReport:
 
     @property
     def update(self) -> MapUpdate | None:
-        """What was added to the maps, a MapUpdate; None when the frame was not "mapped"."""
+        """What was added to the maps, a MapUpdate; None when the frame was neither "mapped" nor "scanned"."""
 
     @property
     def correction(self) -> CorrectionReport | None:
@@ -598,7 +598,9 @@ class Mover:
 
 @final
 class MapUpdate:
-    """What a key frame has added to the maps. Planes and objects are given by their ids."""
+    """What a key frame or a scan has added to the maps. Planes and objects are given by their ids; a scan adds to
+    cloud and octree, and updates or removes objects where it sees free space.
+    """
 
     @property
     def readings(self) -> int:
@@ -1418,8 +1420,9 @@ def builtin_sequence(name: str | None = None, *, frames: int | None = None, ever
     1 and 7.
     """
 
-def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None) -> Map:
+def load(folder: str | os.PathLike[str], history: str | dict[str, Any] | None = None, memory: dict[str, Any] | None = None) -> Map:
     """Loads the map that was saved in a folder, to the bit. `history`: where its key frames are kept from now
     on, as in Config ("none", "memory" or {"folder": path}); None: where they were. With "none" a map is loaded
-    that came without the folder of its history.
+    that came without the folder of its history. `memory`: how much it may take from now on, as in Config
+    ({"budget": bytes, "path": folder}, {} for no limit); None: as where it was saved.
     """

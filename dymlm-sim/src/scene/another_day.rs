@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::event::Place;
-use super::staging::{FROM_CAMERA, FROM_LIMBS, GAP, is_clear, posed};
+use super::staging::{GAP, posed};
 use super::{Instance, Motion, Part, Scene, Stage, first_hit};
 use crate::noise::{Use, stream};
 use crate::to_pose::to_pose;
@@ -32,10 +32,10 @@ impl Scene {
     /// Moves some things that nobody uses to free places off the camera's path, removes some and adds others,
     /// all drawn from the seed and the day.
     pub(crate) fn rearrange(&mut self, stage: &Stage<'_>, seed: u64, day: u64) {
-        let limbs = self.limbs(stage);
+        let [limbs, cameras] = self.clearances(stage);
         for instance in 0..self.instances.len() {
             let Some((from, parts)) = self.movable(instance) else { continue };
-            if !is_clear(&posed(&parts, &from), &limbs, FROM_LIMBS) {
+            if !limbs.is_kept_by(&posed(&parts, &from)) {
                 continue;
             }
             let mut rng = stream(seed, Use::Scene, 4, (day << 14) ^ instance as u64);
@@ -43,10 +43,8 @@ impl Scene {
             if fate < GONE {
                 self.static_parts.retain(|part| part.instance != instance);
             } else if fate < GONE + MOVED + DOUBLED {
-                let is_free = |there: &[Part]| {
-                    is_clear(there, &limbs, FROM_LIMBS) && is_clear(there, stage.cameras, FROM_CAMERA)
-                };
-                let Some(to) = self.place_nearby(instance, &from, &parts, is_free, &mut rng) else {
+                let is_clear = |there: &[Part]| limbs.is_kept_by(there) && cameras.is_kept_by(there);
+                let Some(to) = self.place_nearby(instance, &from, &parts, is_clear, &mut rng) else {
                     continue;
                 };
                 if fate < GONE + MOVED {

@@ -6,6 +6,7 @@ mod builder;
 mod building;
 mod carried;
 mod cast;
+mod clearance;
 mod contents;
 mod design;
 mod event;

@@ -7,6 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::builder::Builder;
+use super::clearance::Clearance;
 use super::event::{Course, Happening, Place, SceneEvent};
 use super::palette::FABRIC;
 use super::{Instance, Motion, Part, Scene, Shape, first_hit, furniture};
@@ -30,8 +31,8 @@ pub(crate) struct Stage<'a> {
 const TRIES: usize = 4000;
 /// Distances to keep from other things, from the middles of moving limbs, and from the camera, metres.
 pub(super) const GAP: f32 = 0.02;
-pub(super) const FROM_LIMBS: f32 = 0.2;
-pub(super) const FROM_CAMERA: f32 = 0.6;
+const FROM_LIMBS: f32 = 0.2;
+const FROM_CAMERA: f32 = 0.6;
 /// Depths at which a thing is well seen, metres.
 const SEEN: std::ops::Range<f32> = 0.8..3.6;
 /// Smallest share of a thing's points that the camera must see on average.
@@ -158,7 +159,7 @@ impl Scene {
         begin: f64,
         rng: &mut ChaCha8Rng,
     ) -> Option<(usize, Place, Place)> {
-        let limbs = self.limbs(stage);
+        let [limbs, cameras] = self.clearances(stage);
         let chairs = (0..self.instances.len())
             .filter(|&id| self.instances[id].label == Some("chair") && !self.is_in_an_event(id));
         let chairs: Vec<(usize, Place, Vec<Part>)> = chairs
@@ -175,7 +176,7 @@ impl Scene {
                     })
                     .collect();
                 let here = posed(&parts, &place);
-                (is_clear(&here, &limbs, FROM_LIMBS) && self.share_seen(&here, stage) > LEAST_SEEN)
+                (limbs.is_kept_by(&here) && self.share_seen(&here, stage) > LEAST_SEEN)
                     .then_some((id, place, parts))
             })
             .collect();
@@ -192,12 +193,12 @@ impl Scene {
             };
             let fits = |share: f32| {
                 let there = posed(parts, &from.towards(&to, share));
-                there.iter().all(|part| self.is_free(part, *id, GAP)) && is_clear(&there, &limbs, FROM_LIMBS)
+                there.iter().all(|part| self.is_free(part, *id, GAP)) && limbs.is_kept_by(&there)
             };
             let there = posed(parts, &to);
             let good = begin + push_time(from, &to) <= stage.last
                 && [1.0, 0.8, 0.6, 0.4, 0.2].into_iter().all(fits)
-                && is_clear(&there, stage.cameras, FROM_CAMERA)
+                && cameras.is_kept_by(&there)
                 && self.share_seen(&there, stage) > LEAST_SEEN;
             good.then_some((*id, *from, to))
         })
@@ -205,7 +206,7 @@ impl Scene {
 
     /// A place for a partition that roughly faces the camera.
     fn place_for_partition(&self, stage: &Stage<'_>, rng: &mut ChaCha8Rng) -> Option<Place> {
-        let limbs = self.limbs(stage);
+        let [limbs, cameras] = self.clearances(stage);
         (0..TRIES).find_map(|_| {
             let camera = stage.cameras[rng.random_range(0..stage.cameras.len())];
             let ahead = camera.rotation * Vec3::Z;
@@ -216,15 +217,21 @@ impl Scene {
             let place = Place { at: [x, y], yaw: facing - FRAC_PI_2 + rng.random_range(-0.6..0.6) };
             let parts = parts_of(place, partition);
             let good = parts.iter().all(|part| self.is_free(part, usize::MAX, GAP))
-                && is_clear(&parts, &limbs, FROM_LIMBS)
-                && is_clear(&parts, stage.cameras, FROM_CAMERA)
+                && limbs.is_kept_by(&parts)
+                && cameras.is_kept_by(&parts)
                 && self.share_seen(&parts, stage) > LEAST_SEEN;
             good.then_some(place)
         })
     }
 
+    /// What things keep from people's limbs and from the camera.
+    pub(super) fn clearances(&self, stage: &Stage<'_>) -> [Clearance; 2] {
+        let limbs = Clearance::from_all(&self.limbs(stage), FROM_LIMBS);
+        [limbs, Clearance::from_all(stage.cameras, FROM_CAMERA)]
+    }
+
     /// Poses of all moving bodies, ten times a second.
-    pub(super) fn limbs(&self, stage: &Stage<'_>) -> Vec<Pose3> {
+    fn limbs(&self, stage: &Stage<'_>) -> Vec<Pose3> {
         let mut bodies = Vec::new();
         let mut limbs = Vec::new();
         for step in 0..=(10.0 * stage.duration) as u32 {
@@ -299,17 +306,6 @@ pub(super) fn posed(parts: &[Part], place: &Place) -> Vec<Part> {
         .iter()
         .map(|part| Part { scene_from_part: scene_from_thing * part.scene_from_part, ..part.clone() })
         .collect()
-}
-
-/// Whether all bodies' bounding boxes are farther than `distance` from the origins of the poses.
-pub(super) fn is_clear(parts: &[Part], poses: &[Pose3], distance: f32) -> bool {
-    parts.iter().all(|part| {
-        let half = part.shape.half_extents();
-        poses.iter().all(|pose| {
-            let local = part.scene_from_part.inverse_transform_point(pose.translation);
-            (local.abs() - half).max(Vec3::ZERO).length() > distance
-        })
-    })
 }
 
 /// Points of a body's bounding box at most 4 cm apart, in the scene.

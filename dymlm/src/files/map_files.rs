@@ -2,12 +2,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use dymlm_cloud::CloudMap;
-use dymlm_history::HistoryConfig;
 use dymlm_io::{
     MapFolder, MapFolderWriter, PlaneRecord, PlyEncoder, encode_objects, encode_planes, encode_ply,
 };
 
-use super::{MapSaver, MissingMap, object_records, plane_cloud, plane_records};
+use super::{LoadOptions, MapSaver, MissingMap, object_records, plane_cloud, plane_records};
 use crate::{Error, MultiLevelMap};
 
 impl MultiLevelMap {
@@ -69,16 +68,18 @@ impl MultiLevelMap {
     /// [`Error::Files`] when the folder holds no map, only the standard files of one, or a map of another
     /// format version; else an error that names what is damaged.
     pub fn load(folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read_whole(folder.as_ref(), None)
+        Self::load_with(folder, &LoadOptions::default())
     }
 
-    /// [`load`](Self::load), with the observations of key frames kept in another place.
+    /// [`load`](Self::load), where the observations of key frames are kept in another place, or the maps have
+    /// another budget of memory.
     ///
     /// # Errors
     ///
     /// As [`load`](Self::load).
-    pub fn load_with_history(folder: impl AsRef<Path>, history: HistoryConfig) -> Result<Self, Error> {
-        Self::read_whole(folder.as_ref(), Some(history))
+    pub fn load_with(folder: impl AsRef<Path>, options: &LoadOptions) -> Result<Self, Error> {
+        let open = || Ok(MapFolder::open(&folder)?);
+        MapFolder::read_unreplaced(open, |folder| Self::read_whole_state(folder, options))
     }
 
     /// Loads what is undamaged of a folder, and names the maps that are damaged: these are empty.
@@ -88,20 +89,12 @@ impl MultiLevelMap {
     /// As [`load`](Self::load), when not even the manifest and the head of the state can be read.
     pub fn load_partial(folder: impl AsRef<Path>) -> Result<(Self, Vec<MissingMap>), Error> {
         let open = || Ok(MapFolder::open_unverified(&folder)?);
-        MapFolder::read_unreplaced(open, |folder| Self::read_state(folder, None))
-    }
-
-    fn read_whole(folder: &Path, history: Option<HistoryConfig>) -> Result<Self, Error> {
-        let open = || Ok(MapFolder::open(folder)?);
-        MapFolder::read_unreplaced(open, move |folder| Self::read_whole_state(folder, history.clone()))
+        MapFolder::read_unreplaced(open, |folder| Self::read_state(folder, &LoadOptions::default()))
     }
 
     /// The maps of a folder, when none is missing.
-    pub(super) fn read_whole_state(
-        folder: &MapFolder,
-        history: Option<HistoryConfig>,
-    ) -> Result<Self, Error> {
-        let (map, missing) = Self::read_state(folder, history)?;
+    pub(super) fn read_whole_state(folder: &MapFolder, options: &LoadOptions) -> Result<Self, Error> {
+        let (map, missing) = Self::read_state(folder, options)?;
         missing.into_iter().next().map_or(Ok(map), |missing| Err(missing.error))
     }
 }

@@ -5,9 +5,9 @@ use dymlm_history::HistoryConfig;
 use dymlm_io::{Error, MapFolderSaver, MapFolderWriter, PlaneRecord};
 use serde::{Serialize, Serializer};
 
-use super::plane_records;
 use super::planes::renewed_records;
 use super::saved_state::SavedState;
+use super::{LoadOptions, plane_records};
 use crate::{MultiLevelMap, Revision};
 
 /// Saves maps into one folder again and again; of the state it writes only what has changed since the last
@@ -51,8 +51,7 @@ impl MapSaver {
     }
 
     /// Loads maps as [`MultiLevelMap::load`] does, and goes on saving them in that folder: the first save
-    /// writes what has changed since they were saved. `history`: where observations are kept from now on;
-    /// `None` for where they were.
+    /// writes what has changed since they were saved.
     ///
     /// # Errors
     ///
@@ -61,11 +60,11 @@ impl MapSaver {
     /// ```
     /// # let parent = tempfile::tempdir()?;
     /// # let folder = parent.path().join("map");
-    /// use dymlm::files::MapSaver;
+    /// use dymlm::files::{LoadOptions, MapSaver};
     /// use dymlm::{MapBuilder, MapConfig};
     ///
     /// # MapBuilder::new(MapConfig::default())?.map().save(&folder)?;
-    /// let (mut saver, map) = MapSaver::load(&folder, None)?;
+    /// let (mut saver, map) = MapSaver::load(&folder, &LoadOptions::default())?;
     /// let builder = MapBuilder::resume(map)?;
     /// // Frames are inserted here.
     /// saver.save(builder.map())?;
@@ -73,12 +72,12 @@ impl MapSaver {
     /// ```
     pub fn load(
         folder: impl AsRef<Path>,
-        history: Option<HistoryConfig>,
+        options: &LoadOptions,
     ) -> Result<(Self, MultiLevelMap), crate::Error> {
         let (saver, folder) = MapFolderSaver::open(folder)?;
         // A history that is no longer kept goes with the first save, which writes all anew.
-        let goes_on = history != Some(HistoryConfig::None);
-        let map = MultiLevelMap::read_whole_state(&folder, history)?;
+        let goes_on = options.history != Some(HistoryConfig::None);
+        let map = MultiLevelMap::read_whole_state(&folder, options)?;
         Ok((Self { folder: saver, saved: goes_on.then(|| SavedState::of(&map)), planes: Vec::new() }, map))
     }
 

@@ -10,6 +10,7 @@ use dymlm_planes::PlaneMap;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::LoadOptions;
 use super::saved_state::SavedState;
 use crate::ghost_removal::GhostRemoval;
 use crate::logged_sessions::Session;
@@ -97,11 +98,10 @@ impl MultiLevelMap {
         })
     }
 
-    /// Reads the maps of a folder, and names those that could not be read. `history`: where observations are
-    /// kept from now on; `None` for where they were.
+    /// Reads the maps of a folder, and names those that could not be read.
     pub(super) fn read_state(
         folder: &MapFolder,
-        history: Option<HistoryConfig>,
+        options: &LoadOptions,
     ) -> Result<(Self, Vec<MissingMap>), Error> {
         let (_, head) = parts(folder, HEAD)?.pop().ok_or_else(|| DamagedState::new(0, "it is missing"))?;
         let head: Head = decode_part(0, &head)?;
@@ -109,8 +109,11 @@ impl MultiLevelMap {
         let mut config =
             MapConfig::from_toml(&head.config).map_err(|error| Error::SavedConfig(error.to_string()))?;
         config.validate()?;
-        if let Some(history) = history.filter(|_| head.log.is_some()) {
-            config.history = history;
+        if let Some(history) = options.history.as_ref().filter(|_| head.log.is_some()) {
+            config.history.clone_from(history);
+        }
+        if let Some(memory) = &options.memory {
+            config.memory.clone_from(memory);
         }
         let config = Arc::new(config);
         let mut map = Self::new(&config)?;

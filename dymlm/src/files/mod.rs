@@ -5,6 +5,7 @@ mod autosave;
 mod config_file;
 #[cfg(feature = "gltf")]
 mod glb;
+mod load_options;
 mod map_files;
 mod map_saver;
 mod map_state;
@@ -21,6 +22,7 @@ mod topic_tiles;
 pub use autosave::Autosave;
 pub use config_file::ConfigFileError;
 pub use dymlm_io::id_color;
+pub use load_options::LoadOptions;
 pub use map_saver::MapSaver;
 pub use map_state::MissingMap;
 pub use objects::object_records;

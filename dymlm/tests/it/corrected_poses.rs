@@ -103,10 +103,16 @@ fn a_given_up_turns_before_anything_is_mapped() {
 fn nothing_changes_without_a_change() {
     let mut builder = mapped(&frames(8));
     let first = fingerprint(builder.map());
-    let report = builder.correct_poses(&[]).unwrap();
-    assert_eq!((report.moved_key_frames, report.largest_motion), (0, 0.0));
-    assert!(report.planes.moved.is_empty() && report.objects.moved.is_empty());
-    assert!(fingerprint(builder.map()) == first);
+    // A SLAM has a type of its own for poses. Regression: on the way back, last bits changed.
+    let handed_back =
+        |(id, pose): (FrameId, Pose)| (id, Pose::new(pose.translation(), pose.quaternion()).unwrap());
+    let all: Vec<_> = poses(&builder).into_iter().map(handed_back).collect();
+    for given in [&[][..], &all] {
+        let report = builder.correct_poses(given).unwrap();
+        assert_eq!((report.moved_key_frames, report.largest_motion), (0, 0.0));
+        assert!(report.planes.moved.is_empty() && report.objects.moved.is_empty());
+        assert!(fingerprint(builder.map()) == first);
+    }
 }
 
 #[test]
@@ -238,6 +244,7 @@ fn a_correction_early_in_a_further_session_maps_none_of_the_one_before_again() {
 }
 
 #[test]
+#[ignore = "ten seconds: .ci/nightly"]
 fn a_correction_of_the_last_frames_maps_few_again_to_the_same_bits() {
     let all = frames(30);
     let mut builder = mapped(&all);

@@ -3,7 +3,11 @@ use crate::common::{fingerprint, poses};
 use dymlm::core::{PinholeCamera, Pose};
 use dymlm::{Error, HistoryConfig, MapBuilder, MapConfig, Selection};
 #[cfg(feature = "io")]
-use dymlm::{MultiLevelMap, core::PointCloud, files::MapSaver};
+use dymlm::{
+    MultiLevelMap,
+    core::PointCloud,
+    files::{LoadOptions, MapSaver},
+};
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
 
 /// A walk through four rooms.
@@ -71,7 +75,7 @@ fn reloaded(frames: &[SimulatedFrame], budget: usize) -> Reloaded {
     let folder = tempfile::tempdir().unwrap();
     builder.map().save(folder.path()).unwrap();
 
-    let (mut saver, map) = MapSaver::load(folder.path(), None).unwrap();
+    let (mut saver, map) = MapSaver::load(folder.path(), &LoadOptions::default()).unwrap();
     let loaded = map.memory().cloud;
     let cloud = map.cloud().point_cloud(Selection::Static);
     let memory = [loaded, map.memory().cloud];
@@ -128,5 +132,9 @@ fn a_folder_that_is_not_there_is_named_before_anything_is_mapped() {
     let mut config = MapConfig::default();
     config.memory.budget = Some(100_000_000);
     config.memory.path = Some("/nowhere/at/all".into());
-    assert!(matches!(MapBuilder::new(config), Err(Error::Paging { .. })));
+    let refused = MapBuilder::new(config).unwrap_err();
+    assert!(
+        matches!(refused, Error::Paging(_)) && refused.to_string().contains("/nowhere/at/all"),
+        "{refused}"
+    );
 }

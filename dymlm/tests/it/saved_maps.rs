@@ -6,8 +6,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::common::{fingerprint, fingerprint_without_ids, poses};
-use dymlm::files::{Autosave, MapSaver};
-use dymlm::{Detections, Error, HistoryConfig, MapBuilder, MapConfig, MapCounts, MultiLevelMap};
+use dymlm::files::{Autosave, LoadOptions, MapSaver};
+use dymlm::{
+    Detections, Error, HistoryConfig, MapBuilder, MapConfig, MapCounts, MemoryConfig, MultiLevelMap,
+};
 use dymlm_core::{FrameId, PinholeCamera, Pose};
 use dymlm_io::MapFolder;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
@@ -37,6 +39,13 @@ fn mapped(history: HistoryConfig) -> MapBuilder {
     let mut builder = MapBuilder::new(config(history)).unwrap();
     insert(&mut builder, 0..6);
     builder
+}
+
+/// Observations are kept there from now on.
+fn keeping(history: HistoryConfig) -> LoadOptions {
+    let mut options = LoadOptions::default();
+    options.history = Some(history);
+    options
 }
 
 /// Whether something becomes so within ten seconds.
@@ -80,7 +89,7 @@ fn a_map_that_is_merged_again_and_again_takes_what_is_new_once() {
     saved("long", 7);
     let loaded = |name: &str, history: &str| {
         fs::create_dir(at(history)).unwrap();
-        MultiLevelMap::load_with_history(at(name), HistoryConfig::Folder(at(history))).unwrap()
+        MultiLevelMap::load_with(at(name), &keeping(HistoryConfig::Folder(at(history)))).unwrap()
     };
     let (mut own, same, longer) = (loaded("short", "own"), loaded("short", "same"), loaded("long", "longer"));
     let bytes = || nameless_bytes(&at("own"));
@@ -122,13 +131,43 @@ fn the_history_can_be_kept_elsewhere() {
     mapped(HistoryConfig::Folder(old.clone())).map().save(&folder).unwrap();
     fs::remove_dir(&old).unwrap();
     assert!(matches!(MultiLevelMap::load(&folder), Err(Error::History(_))));
-    let map = MultiLevelMap::load_with_history(&folder, HistoryConfig::Folder(new)).unwrap();
+    let map = MultiLevelMap::load_with(&folder, &keeping(HistoryConfig::Folder(new))).unwrap();
     let mut builder = MapBuilder::resume(map).unwrap();
     assert_eq!(builder.remove(FrameId::new(0)).unwrap().key_frames, 5);
 
     mapped(HistoryConfig::None).map().save(&folder).unwrap();
-    let map = MultiLevelMap::load_with_history(&folder, HistoryConfig::Memory).unwrap();
+    let map = MultiLevelMap::load_with(&folder, &keeping(HistoryConfig::Memory)).unwrap();
     assert!(matches!(MapBuilder::resume(map).unwrap().remove(FrameId::new(0)), Err(Error::NoHistory)));
+}
+
+/// Regression: the maps of a robot could not be continued where the folder of its budget is not.
+#[test]
+fn another_machine_has_a_memory_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let (robot, saved) = (folder.path().join("robot"), folder.path().join("map"));
+    fs::create_dir(&robot).unwrap();
+    let mut config = config(HistoryConfig::Memory);
+    (config.memory.budget, config.memory.path) = (Some(0), Some(robot.clone()));
+    let mut builder = MapBuilder::new(config).unwrap();
+    insert(&mut builder, 0..6);
+    builder.map().save(&saved).unwrap();
+    let paged = MultiLevelMap::load(&saved).unwrap().memory().cloud;
+    fs::remove_dir(&robot).unwrap();
+    let resumed = MapBuilder::resume(MultiLevelMap::load(&saved).unwrap());
+    assert!(matches!(resumed, Err(Error::Paging(_))));
+
+    let mut options = LoadOptions::default();
+    options.memory = Some(MemoryConfig::default());
+    let (mut saver, map) = MapSaver::load(&saved, &options).unwrap();
+    assert!(2 * paged < map.memory().cloud, "{paged} {:?}", map.memory());
+    let mut resumed = MapBuilder::resume(map).unwrap();
+    fs::create_dir(&robot).unwrap();
+    let mut builder = MapBuilder::resume(builder.map().clone()).unwrap();
+    insert(&mut resumed, 6..8);
+    insert(&mut builder, 6..8);
+    assert!(fingerprint(resumed.map()) == fingerprint(builder.map()));
+    saver.save(resumed.map()).unwrap();
+    assert_eq!(MultiLevelMap::load(&saved).unwrap().config().memory, MemoryConfig::default());
 }
 
 #[test]
@@ -348,7 +387,7 @@ fn what_was_never_saved_is_saved_at_the_end() {
     assert!(fingerprint(&MultiLevelMap::load(&folder).unwrap()) == fingerprint(builder.map()));
 
     // Maps that went on after they were loaded, before the saving began.
-    let (saver, map) = MapSaver::load(&folder, None).unwrap();
+    let (saver, map) = MapSaver::load(&folder, &LoadOptions::default()).unwrap();
     builder = MapBuilder::resume(map).unwrap();
     insert(&mut builder, 6..8);
     builder.settle();
@@ -415,8 +454,11 @@ fn loaded_maps_are_saved_by_what_has_changed_since() {
     mapped(HistoryConfig::Memory).map().save(&folder).unwrap();
     let first = last_segment(&folder);
 
-    let (mut saver, map) = MapSaver::load(&folder, None).unwrap();
-    assert!(matches!(MapSaver::load(&folder, None), Err(Error::Files(dymlm_io::Error::Locked { .. }))));
+    let (mut saver, map) = MapSaver::load(&folder, &LoadOptions::default()).unwrap();
+    assert!(matches!(
+        MapSaver::load(&folder, &LoadOptions::default()),
+        Err(Error::Files(dymlm_io::Error::Locked { .. }))
+    ));
     let mut builder = MapBuilder::resume(map).unwrap();
     saver.save(builder.map()).unwrap();
     let heads = last_segment(&folder);
@@ -435,9 +477,9 @@ fn loaded_maps_are_saved_by_what_has_changed_since() {
     drop(saver);
 
     // A folder that holds no map has nothing to go on with.
-    assert!(MapSaver::load(parent.path().join("nothing"), None).is_err());
+    assert!(MapSaver::load(parent.path().join("nothing"), &LoadOptions::default()).is_err());
     damage(&folder.join("state.index"), 40);
-    assert!(MapSaver::load(&folder, None).is_err());
+    assert!(MapSaver::load(&folder, &LoadOptions::default()).is_err());
 }
 
 /// Bytes of the state of a saved map, without the standard files.
@@ -453,7 +495,7 @@ fn a_history_that_is_kept_no_longer_leaves_the_folder() {
     let [folder, other] = ["map", "other"].map(|name| parent.path().join(name));
     let builder = mapped(HistoryConfig::Memory);
     builder.map().save(&folder).unwrap();
-    let (mut saver, map) = MapSaver::load(&folder, Some(HistoryConfig::None)).unwrap();
+    let (mut saver, map) = MapSaver::load(&folder, &keeping(HistoryConfig::None)).unwrap();
     saver.save(&map).unwrap();
     map.save(&other).unwrap();
     assert_eq!(state_bytes(&folder), state_bytes(&other));
