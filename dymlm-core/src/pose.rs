@@ -17,7 +17,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A translation in metres and a quaternion x y z w, which is normalized. One of unit length, to 1e-9, is
+    /// A translation in metres and a quaternion x y z w, which is normalized. One of unit length, to rounding, is
     /// taken as it is: who hands back the [`translation`](Self::translation) and
     /// [`quaternion`](Self::quaternion) of a pose gets this pose, to the bit.
     ///
@@ -36,13 +36,19 @@ impl Pose {
     /// # Ok::<(), dymlm_core::Error>(())
     /// ```
     pub fn new(translation: [f64; 3], quaternion: [f64; 4]) -> Result<Self, Error> {
+        // Some dozens of products are off by less.
+        Self::normalized_beyond(1e-14, translation, quaternion)
+    }
+
+    /// With a quaternion that is normalized where its length is more than `tolerance` from 1.
+    fn normalized_beyond(tolerance: f64, translation: [f64; 3], quaternion: [f64; 4]) -> Result<Self, Error> {
         let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
         if !(translation.iter().all(|t| t.is_finite()) && (norm - 1.0).abs() <= 0.01) {
             return Err(Error::Pose { translation, quaternion, norm });
         }
         let [x, y, z, w] = quaternion;
         let quaternion = Quaternion::new(w, x, y, z);
-        let rotation = if (norm - 1.0).abs() <= 1e-9 {
+        let rotation = if (norm - 1.0).abs() <= tolerance {
             UnitQuaternion::new_unchecked(quaternion)
         } else {
             UnitQuaternion::new_normalize(quaternion)
@@ -176,8 +182,9 @@ struct RawPose {
 impl TryFrom<RawPose> for Pose {
     type Error = Error;
 
+    /// A pose that was written is read back bit by bit, also where it is the product of millions.
     fn try_from(raw: RawPose) -> Result<Self, Error> {
-        Self::new(raw.translation, raw.quaternion)
+        Self::normalized_beyond(1e-9, raw.translation, raw.quaternion)
     }
 }
 
