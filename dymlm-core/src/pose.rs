@@ -17,8 +17,8 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A translation in metres and a quaternion x y z w, which is normalized. One of unit length, to rounding, is
-    /// taken as it is: who hands back the [`translation`](Self::translation) and
+    /// A translation in metres and a quaternion x y z w, which is normalized. One of unit length, to rounding,
+    /// is taken as it is: who hands back the [`translation`](Self::translation) and
     /// [`quaternion`](Self::quaternion) of a pose gets this pose, to the bit.
     ///
     /// # Errors

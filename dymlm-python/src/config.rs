@@ -83,7 +83,7 @@ pub(crate) fn table_of(fields: &Bound<'_, PyDict>) -> PyResult<Table> {
     table_within(fields, MOST_LEVELS)
 }
 
-/// What is another where maps are loaded: settings as a config has them, or None.
+/// The options of `load`: settings as a config has them, or None.
 pub(crate) fn load_options(
     history: Option<&Bound<'_, PyAny>>,
     memory: Option<&Bound<'_, PyAny>>,

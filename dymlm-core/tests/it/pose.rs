@@ -30,7 +30,9 @@ proptest! {
 
     /// Regression: normalized again, its last bits changed, and a map took the frame for one that had moved.
     #[test]
-    fn a_pose_that_is_handed_back_in_its_parts_is_the_same_to_the_bit(poses in prop::collection::vec(any_pose(), 1..5)) {
+    fn a_pose_that_is_handed_back_in_its_parts_is_the_same_to_the_bit(
+        poses in prop::collection::vec(any_pose(), 1..5),
+    ) {
         let pose = poses.iter().fold(Pose::identity(), |product, pose| product * *pose);
         prop_assert_eq!(Pose::new(pose.translation(), pose.quaternion()).unwrap(), pose);
     }

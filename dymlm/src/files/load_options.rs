@@ -2,8 +2,8 @@ use dymlm_history::HistoryConfig;
 
 use crate::MemoryConfig;
 
-/// What is another where maps are loaded than where they were saved: on a server, the maps of a robot.
-/// By default nothing is.
+/// How to load maps where something differs from where they were saved: the maps of a robot on a server, for
+/// example. By default nothing differs.
 ///
 /// ```
 /// # use dymlm::files::LoadOptions;
@@ -19,7 +19,7 @@ pub struct LoadOptions {
     /// Where the observations of key frames are kept from now on; `None` for where they were. Maps that have
     /// been made without a history have none.
     pub history: Option<HistoryConfig>,
-    /// How much memory the maps may take from now on, and where the file for the rest of them is; `None` for what
-    /// their config says.
+    /// How much memory the maps may take from now on, and where the file for the rest of them is; `None` for
+    /// what their config says.
     pub memory: Option<MemoryConfig>,
 }
