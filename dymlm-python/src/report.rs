@@ -47,14 +47,15 @@ impl PyFrameReport {
     pub(crate) fn of(py: Python<'_>, report: FrameReport) -> PyResult<Self> {
         let stages = Stage::ALL.iter().map(|&stage| (stage.name(), report.stages.of(stage).as_secs_f64()));
         let stages = stages.chain([("total", report.stages.total().as_secs_f64())]).collect();
-        let (outcome, update, correction) = match &report.outcome {
-            FrameOutcome::Waiting => ("waiting", None, None),
-            FrameOutcome::Tracked => ("tracked", None, None),
-            FrameOutcome::Mapped(update) => ("mapped", Some(PyMapUpdate::of(update)), None),
-            FrameOutcome::Scanned(update) => ("scanned", Some(PyMapUpdate::of_scan(update)), None),
-            FrameOutcome::Mended(correction) => ("mended", None, Some(PyCorrectionReport::of(correction))),
-            _ => ("", None, None),
+        let (outcome, correction) = match &report.outcome {
+            FrameOutcome::Waiting => ("waiting", None),
+            FrameOutcome::Tracked => ("tracked", None),
+            FrameOutcome::Mapped(_) => ("mapped", None),
+            FrameOutcome::Scanned(_) => ("scanned", None),
+            FrameOutcome::Mended(correction) => ("mended", Some(PyCorrectionReport::of(correction))),
+            _ => ("", None),
         };
+        let of_frame = report.update().map(PyMapUpdate::of);
         Ok(Self {
             id: report.id.get(),
             timestamp: report.timestamp,
@@ -62,7 +63,7 @@ impl PyFrameReport {
             movers: report.movers.iter().map(PyMover::of).collect(),
             masked_pixels: report.masked_pixels,
             stages,
-            update,
+            update: of_frame.or_else(|| report.scan().map(PyMapUpdate::of_scan)),
             correction,
             released: Self::of_all(py, report.released)?,
         })
