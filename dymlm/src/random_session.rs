@@ -8,6 +8,7 @@ use dymlm_history::HistoryConfig;
 use dymlm_objects::SightedPoint;
 use dymlm_octree::RayMode;
 use dymlm_sim::{Sequence, SequenceConfig, SimulatedFrame};
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 #[cfg(feature = "io")]
@@ -103,12 +104,10 @@ pub(crate) fn session() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step(), 4..24)
 }
 
-/// `count` cases, or as many as `PROPTEST_CASES` says (`.ci/nightly`: hundreds).
-pub(crate) fn cases(count: u32) -> ProptestConfig {
-    let told = std::env::var_os("PROPTEST_CASES").is_some();
-    let config = if told { ProptestConfig::default() } else { ProptestConfig::with_cases(count) };
+/// `count` cases, or [times as many](cases).
+pub(crate) fn few(count: u32) -> ProptestConfig {
     // A case takes half a second, so few are spent on shrinking.
-    ProptestConfig { max_shrink_iters: 100, ..config }
+    ProptestConfig { max_shrink_iters: 100, ..ProptestConfig::with_cases(cases(count)) }
 }
 
 /// A session under way, with a copy of its maps that follows by their changes alone.

@@ -6,9 +6,11 @@
 //! - [`saved_parts`] and its neighbours save states and damage them.
 //! - [`read_g2o`] reads pose graphs.
 //! - [`growth`] measures how time grows with the input, by the processor time of a thread; [`processor_time`] is that of all.
+//! - [`cases`] says how many random cases a slow property is tried on.
 //! - [`normal`] and [`shuffle`] draw from [`SplitMix64`](dymlm_core::SplitMix64); [`checksum`] compares bits.
 #![allow(clippy::unwrap_used, clippy::missing_panics_doc, reason = "for tests: a panic fails the test")]
 
+mod cases;
 mod detector_statistics;
 mod growth;
 mod pose_graph_file;
@@ -19,6 +21,7 @@ mod recording;
 mod saved_parts;
 mod world;
 
+pub use cases::cases;
 pub use detector_statistics::{
     DetectorFigures, DetectorStatistics, ExactView, FigureRow, SideFigures, SizeFigures,
 };

@@ -6,7 +6,7 @@ use dymlm_cloud::{CloudMap, CloudMapConfig, CloudVoxel, Error, MoverMasks, Selec
 use dymlm_core::vector3::{difference, norm};
 use dymlm_core::{ColorImage, DepthImage, Frame, Mask, PinholeCamera, Point, Pose, Rgb, SensorModel};
 use dymlm_geometry::OrientedBox;
-use dymlm_test_support::{recorded_frames, recording};
+use dymlm_test_support::{cases, recorded_frames, recording};
 use proptest::prelude::*;
 
 const WIDTH: usize = 48;
@@ -196,7 +196,7 @@ fn a_view_that_takes_in_too_much_is_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(cases(6)))]
 
     #[test]
     fn the_order_of_frames_does_not_matter(order in Just((0..5).collect::<Vec<usize>>()).prop_shuffle()) {
@@ -287,7 +287,7 @@ fn apply(map: &mut CloudMap, step: u8, seed: usize) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(cases(6)))]
 
     #[test]
     fn reading_in_between_changes_nothing(
@@ -1102,7 +1102,7 @@ mod saved_state {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(8))]
+        #![proptest_config(ProptestConfig::with_cases(cases(4)))]
 
         #[test]
         fn a_saved_map_goes_on_as_if_it_had_not_been(

@@ -2,6 +2,7 @@
 
 use dymlm_cloud::{CloudMap, CloudMapConfig, CloudPager, Selection};
 use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Pose, SensorModel};
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 const WIDTH: usize = 48;
@@ -57,7 +58,7 @@ fn saved(map: &CloudMap) -> Vec<(u64, Option<Vec<u8>>)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+    #![proptest_config(ProptestConfig::with_cases(cases(3)))]
 
     /// Goes from place to place and back; reads, forgets, takes out, clones in between.
     #[test]

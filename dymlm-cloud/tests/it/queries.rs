@@ -5,7 +5,7 @@ use dymlm_cloud::{CloudMap, CloudMapConfig, Selection, StaticPoint};
 use dymlm_core::vector3::{along, difference, dot, norm, unit};
 use dymlm_core::{ColorImage, DepthImage, Frame, PinholeCamera, Point, Pose, SensorModel, SplitMix64};
 use dymlm_geometry::OrientedBox;
-use dymlm_test_support::{Cuboid, Rectangle, World};
+use dymlm_test_support::{Cuboid, Rectangle, World, cases};
 use proptest::prelude::*;
 
 fn camera() -> PinholeCamera {
@@ -308,7 +308,7 @@ fn a_map_that_was_emptied_again_answers_nothing() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(cases(6)))]
 
     #[test]
     fn answers_turn_with_the_world(

@@ -8,7 +8,7 @@ use crate::MapBuilder;
 #[cfg(feature = "io")]
 use crate::common::fingerprint;
 use crate::common::{fingerprint_without_ids, ids, poses};
-use crate::random_session::{Correction, FRAMES, Session, Step, cases, correction, moved, session};
+use crate::random_session::{Correction, FRAMES, Session, Step, correction, few, moved, session};
 
 /// A session with corrections of poses in its middle: what comes afterwards meets things that kept the ids of
 /// earlier maps.
@@ -81,7 +81,7 @@ fn check_nothing_left(steps: &[Step], order: impl IntoIterator<Item = u64>) {
 }
 
 proptest! {
-    #![proptest_config(cases(3))]
+    #![proptest_config(few(3))]
 
     /// This holds for what was forgotten, carried and put down on the way, too.
     #[test]
@@ -133,7 +133,7 @@ proptest! {
 
 #[cfg(feature = "io")]
 proptest! {
-    #![proptest_config(cases(2))]
+    #![proptest_config(few(2))]
 
     #[test]
     fn maps_that_were_saved_and_loaded_go_on_to_the_same_bits(

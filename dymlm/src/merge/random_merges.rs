@@ -7,7 +7,7 @@ use dymlm_core::{DepthImage, Frame, FrameId, PinholeCamera, Pose};
 use proptest::prelude::*;
 
 use crate::common::{fingerprint, fingerprint_without_ids, poses};
-use crate::random_session::{Correction, FRAMES, Session, Step, cases, moved, session};
+use crate::random_session::{Correction, FRAMES, Session, Step, few, moved, session};
 use crate::{Error, MapBuilder, MultiLevelMap};
 
 /// Where in the walk a session begins, what its clock shows then, and what happens in it.
@@ -55,7 +55,7 @@ fn resumed(map: &MultiLevelMap, next: usize, steps: &[Step]) -> MultiLevelMap {
 }
 
 proptest! {
-    #![proptest_config(cases(3))]
+    #![proptest_config(few(3))]
 
     #[test]
     fn merging_is_commutative_and_associative_to_the_bit(
