@@ -45,6 +45,8 @@ pub struct Preprocessor {
     movers: Vec<Mover>,
     /// The pixels in the movers' boxes.
     boxes: Mask,
+    /// The pixels in the detected boxes of things that are no movers.
+    claimed: Mask,
     /// Time since each predicted mover was last detected, seconds; a buffer.
     missed: Vec<f64>,
     /// The foreground of each mover, followed by buffers for later frames.
@@ -89,6 +91,7 @@ impl Preprocessor {
             past_views: PastViews::default(),
             movers: Vec::new(),
             boxes: Mask::filled(1, 1, false)?,
+            claimed: Mask::filled(1, 1, false)?,
             missed: Vec::new(),
             foregrounds: Vec::new(),
             static_mask: Mask::filled(1, 1, true)?,
@@ -150,6 +153,7 @@ impl Preprocessor {
         self.remember_depths();
         self.compensate_misses();
         self.correct_boxes(frame);
+        self.find_claimed(frame, found)?;
         self.mask_movers(frame, found, world_from_camera);
         self.past_views.remember(frame, world_from_camera, &self.sensor);
         for body in knowledge.carried() {
@@ -279,6 +283,21 @@ impl Preprocessor {
         }
     }
 
+    /// Finds the pixels that detections of things claim which are no movers.
+    fn find_claimed(&mut self, frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
+        if self.movers.is_empty() {
+            return Ok(());
+        }
+        self.claimed.refill(frame.camera().width(), frame.camera().height(), false)?;
+        let is_mover = |detection: &&Detection| self.mover_labels.iter().any(|own| own == detection.label());
+        let things =
+            detections.iter().filter(|detection| detection.score() >= LOW_SCORE && !is_mover(detection));
+        for thing in things {
+            self.claimed.fill_box(&thing.bounding_box(), true);
+        }
+        Ok(())
+    }
+
     /// Builds the masks of static pixels and of movers.
     fn mask_movers(&mut self, frame: &Frame, detections: &[Detection], world_from_camera: &Pose) {
         let compared =
@@ -289,7 +308,8 @@ impl Preprocessor {
             foreground,
             instance_mask: instance_mask(mover, detections),
         });
-        self.mask_builder.build(regions, &compared, &mut self.static_mask, &mut self.mover_mask);
+        let masks = [&mut self.static_mask, &mut self.mover_mask];
+        self.mask_builder.build(regions, &self.claimed, &compared, masks);
     }
 
     /// Masks new readings in space that was free for long.

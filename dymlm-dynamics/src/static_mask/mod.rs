@@ -1,6 +1,7 @@
 //! The mask of static pixels.
 
 mod body_mask;
+mod claimed_parts;
 mod mask_config;
 mod silhouette;
 mod static_mask_builder;

@@ -3,6 +3,7 @@ use std::ops::Range;
 use dymlm_core::{BoundingBox, DepthImage, Mask};
 
 use super::MaskRegion;
+use super::claimed_parts::ClaimedParts;
 use super::still_parts::{ComparedFrame, StillParts, Stillness};
 use crate::Foreground;
 
@@ -81,6 +82,49 @@ impl Silhouette {
                 }
             }
         }
+        self.collect_next_front();
+    }
+
+    /// Leaves out [other things' parts](ClaimedParts): beyond the box in which the mover was detected, and
+    /// where other things were detected (`claimed`).
+    pub(super) fn release_claimed_parts(
+        &mut self,
+        detected: &BoundingBox,
+        claimed: &Mask,
+        compared: &ComparedFrame<'_>,
+        parts: &mut ClaimedParts,
+    ) {
+        let own = [detected.columns(claimed.width()), detected.rows(claimed.height())];
+        let window = [self.columns.clone(), self.rows.clone()];
+        if !parts.find(compared, window, |u, v| self.is_claimed(u, v, &own, claimed)) {
+            return;
+        }
+        for [columns, rows] in parts.released() {
+            // Up to the edge of the thing, seldom that of a block: from what is left the rim grows back.
+            let half = columns.len() / 2;
+            for v in rows.start.saturating_sub(half)..rows.end + half {
+                for u in columns.start.saturating_sub(half)..columns.end + half {
+                    if self.is_claimed(u, v, &own, claimed) {
+                        let index = self.index(u - self.columns.start, v - self.rows.start);
+                        self.pixels[index] = Pixel::Outside;
+                    }
+                }
+            }
+        }
+        self.collect_next_front();
+    }
+
+    /// Whether a pixel of the mover is claimed by other things, and is not in the mover's own detected box.
+    fn is_claimed(&self, u: usize, v: usize, own: &[Range<usize>; 2], claimed: &Mask) -> bool {
+        self.columns.contains(&u)
+            && self.rows.contains(&v)
+            && !(own[0].contains(&u) && own[1].contains(&v))
+            && claimed.at(u, v)
+            && self.pixels[self.index(u - self.columns.start, v - self.rows.start)] == Pixel::Inside
+    }
+
+    /// Fills `next_front` with the mover's pixels that have a neighbour outside it.
+    fn collect_next_front(&mut self) {
         self.collect_front();
         std::mem::swap(&mut self.front, &mut self.next_front);
     }

@@ -1,5 +1,6 @@
 use dymlm_core::{BoundingBox, Frame, Mask};
 
+use super::claimed_parts::ClaimedParts;
 use super::silhouette::Silhouette;
 use super::still_parts::{ComparedFrame, StillParts};
 use super::{MaskConfig, MaskMode};
@@ -22,9 +23,9 @@ pub(crate) struct MaskRegion<'a> {
 ///
 /// In [`MaskMode::Silhouette`] the silhouette starts with the pixels on the foreground's surface and grows
 /// over neighbours that continue the surface in depth and lie within the foreground's range of depths. [Parts
-/// that are still](StillParts) while others move are left out. Then a rim is added, wider where there is no
-/// depth. All of it stays within the corrected box, and the background between legs and beside a head is
-/// kept.
+/// that are still](StillParts) while others move are left out, and so are those [of other
+/// things](ClaimedParts). Then a rim is added, wider where there is no depth. All of it stays within the
+/// corrected box, and the background between legs and beside a head is kept.
 ///
 /// Costs O(pixels in the boxes) and O(blocks times past views).
 #[derive(Debug, Clone)]
@@ -32,23 +33,29 @@ pub(crate) struct StaticMaskBuilder {
     config: MaskConfig,
     silhouette: Silhouette,
     still_parts: StillParts,
+    claimed_parts: ClaimedParts,
 }
 
 impl StaticMaskBuilder {
     pub(crate) fn new(config: MaskConfig) -> Self {
-        Self { config, silhouette: Silhouette::default(), still_parts: StillParts::default() }
+        Self {
+            config,
+            silhouette: Silhouette::default(),
+            still_parts: StillParts::default(),
+            claimed_parts: ClaimedParts::default(),
+        }
     }
 
     /// Fills two masks: `is_static`, where `false` = inside a mover; and `is_mover`, where `true` = surely a
     /// mover's: its silhouette without a rim, within the detector's own box. What corrections and predictions
-    /// add to the box is a guess, often the chair on which somebody sits. Masks of another size than the
-    /// depth image are made anew.
+    /// add to the box is a guess, often the chair on which somebody sits. `claimed`: the pixels in detected
+    /// boxes of other things. Masks of another size than the depth image are made anew.
     pub(crate) fn build<'a>(
         &mut self,
         movers: impl IntoIterator<Item = MaskRegion<'a>>,
+        claimed: &Mask,
         compared: &ComparedFrame<'_>,
-        is_static: &mut Mask,
-        is_mover: &mut Mask,
+        [is_static, is_mover]: [&mut Mask; 2],
     ) {
         let (frame, depth) = (compared.frame, compared.frame.depth());
         // A depth image's size is never refused.
@@ -59,6 +66,10 @@ impl StaticMaskBuilder {
             // The detector's own mask is more reliable than this search, and the mode `Box` masks all pixels.
             if self.config.mode == MaskMode::Silhouette && mover.instance_mask.is_none() {
                 self.silhouette.release_still_parts(compared, &mut self.still_parts);
+                if let Some(detected) = &mover.detected_box {
+                    let parts = &mut self.claimed_parts;
+                    self.silhouette.release_claimed_parts(detected, claimed, compared, parts);
+                }
             }
             if let (Some(detected), false) = (&mover.detected_box, mover.foreground.is_empty()) {
                 self.silhouette.add_to(detected, is_mover);
