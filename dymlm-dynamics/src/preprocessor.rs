@@ -172,7 +172,7 @@ impl Preprocessor {
         world_from_camera: &Pose,
     ) -> Result<(), Error> {
         let view = View { camera: *frame.camera(), world_from_camera: *world_from_camera };
-        let is_mover = |detection: &Detection| self.mover_labels.iter().any(|own| own == detection.label());
+        let is_mover = |detection: &Detection| is_mover(&self.mover_labels, detection);
         let boxes = match detections {
             Some(detections) => {
                 self.tracker.update_where(frame.timestamp(), detections, Some(&view), is_mover)?
@@ -289,10 +289,10 @@ impl Preprocessor {
             return Ok(());
         }
         self.claimed.refill(frame.camera().width(), frame.camera().height(), false)?;
-        let is_mover = |detection: &&Detection| self.mover_labels.iter().any(|own| own == detection.label());
-        let things =
-            detections.iter().filter(|detection| detection.score() >= LOW_SCORE && !is_mover(detection));
-        for thing in things {
+        let is_thing = |detection: &&Detection| {
+            detection.score() >= LOW_SCORE && !is_mover(&self.mover_labels, detection)
+        };
+        for thing in detections.iter().filter(is_thing) {
             self.claimed.fill_box(&thing.bounding_box(), true);
         }
         Ok(())
@@ -373,6 +373,11 @@ impl Preprocessor {
     pub fn unproven_mask(&self) -> &Mask {
         &self.unproven_mask
     }
+}
+
+/// Whether a detection has the label of a potential mover.
+fn is_mover(mover_labels: &[String], detection: &Detection) -> bool {
+    mover_labels.iter().any(|own| own == detection.label())
 }
 
 fn check_instance_masks(frame: &Frame, detections: &[Detection]) -> Result<(), Error> {
