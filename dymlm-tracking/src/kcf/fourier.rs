@@ -1,9 +1,17 @@
 use std::fmt;
 use std::sync::Arc;
 
+use rustfft::algorithm::butterflies::{
+    Butterfly2, Butterfly3, Butterfly4, Butterfly5, Butterfly6, Butterfly8, Butterfly9, Butterfly12,
+    Butterfly16, Butterfly24, Butterfly27, Butterfly32,
+};
+use rustfft::algorithm::{Dft, MixedRadixSmall};
 use rustfft::num_complex::Complex;
 use rustfft::num_traits::Zero;
-use rustfft::{Fft, FftNum, FftPlanner};
+use rustfft::{Fft, FftDirection, FftNum};
+
+/// Lengths of the transforms that `rustfft` has written out, of those that [`fast_length`] is made of.
+const WRITTEN_OUT: [usize; 12] = [2, 3, 4, 5, 6, 8, 9, 12, 16, 24, 27, 32];
 
 /// Two-dimensional Fourier transforms of planes of one size, of single numbers or of
 /// [`Lanes`](super::lanes::Lanes). Spectra are stored column by column: transposing them back is not needed.
@@ -21,11 +29,9 @@ pub(super) struct Fourier<T: FftNum> {
 impl<T: FftNum> Fourier<T> {
     /// For planes of `size[0]` columns and `size[1]` rows.
     pub(super) fn new(size: [usize; 2]) -> Self {
-        let mut planner = FftPlanner::new();
         let [width, height] = size;
-        let [rows, columns] = [planner.plan_fft_forward(width), planner.plan_fft_forward(height)];
-        let [inverse_rows, inverse_columns] =
-            [planner.plan_fft_inverse(width), planner.plan_fft_inverse(height)];
+        let [rows, columns] = size.map(|length| transform(length, FftDirection::Forward));
+        let [inverse_rows, inverse_columns] = size.map(|length| transform(length, FftDirection::Inverse));
         let plans = [&rows, &columns, &inverse_rows, &inverse_columns];
         let scratch = plans
             .iter()
@@ -59,6 +65,42 @@ impl<T: FftNum> Fourier<T> {
         transpose(spectrum, &mut self.turned, self.size[1]);
         self.inverse_rows.process_outofplace_with_scratch(&mut self.turned, spectrum, &mut self.scratch);
     }
+}
+
+/// A transform of one length, fast where that is a [`fast_length`].
+///
+/// `rustfft`'s planner does the same for every length, but the transforms that it might choose are then all compiled:
+/// for single numbers and for lanes they were more than half of this crate's code.
+fn transform<T: FftNum>(length: usize, direction: FftDirection) -> Arc<dyn Fft<T>> {
+    match length {
+        2 => Arc::new(Butterfly2::new(direction)),
+        3 => Arc::new(Butterfly3::new(direction)),
+        4 => Arc::new(Butterfly4::new(direction)),
+        5 => Arc::new(Butterfly5::new(direction)),
+        6 => Arc::new(Butterfly6::new(direction)),
+        8 => Arc::new(Butterfly8::new(direction)),
+        9 => Arc::new(Butterfly9::new(direction)),
+        12 => Arc::new(Butterfly12::new(direction)),
+        16 => Arc::new(Butterfly16::new(direction)),
+        24 => Arc::new(Butterfly24::new(direction)),
+        27 => Arc::new(Butterfly27::new(direction)),
+        32 => Arc::new(Butterfly32::new(direction)),
+        _ => match factors(length) {
+            Some(factors) => {
+                let [rows, columns] = factors.map(|factor| transform(factor, direction));
+                Arc::new(MixedRadixSmall::new(rows, columns))
+            }
+            None => Arc::new(Dft::new(length, direction)),
+        },
+    }
+}
+
+/// Two factors of a length, the first of them written out: if possible both, and then as alike as they can be.
+fn factors(length: usize) -> Option<[usize; 2]> {
+    let pairs =
+        WRITTEN_OUT.into_iter().filter(|first| length.is_multiple_of(*first) && first * first <= length);
+    let best = pairs.max_by_key(|first| (WRITTEN_OUT.contains(&(length / first)), *first))?;
+    Some([best, length / best])
 }
 
 /// Transposes: rows of `width` values become columns.
@@ -129,6 +171,40 @@ mod tests {
                 assert!((plane[kx * h + ky] - sum).norm() < 1e-3);
             }
         }
+    }
+
+    #[test]
+    fn a_transform_of_any_length_agrees_with_the_definition() {
+        for length in (1..=150).chain([243, 512, 625]) {
+            for direction in [FftDirection::Forward, FftDirection::Inverse] {
+                let original: Vec<Complex<f64>> =
+                    (0..length).map(|i| Complex::new((i * 7 % 11) as f64, (i * 5 % 13) as f64)).collect();
+                let (mut found, mut expected) = (original.clone(), original);
+                transform(length, direction).process(&mut found);
+                Dft::new(length, direction).process(&mut expected);
+                for (found, expected) in found.iter().zip(&expected) {
+                    assert!((found - expected).norm() < 1e-8 * length as f64, "{length} {direction}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_up_to_that_of_the_largest_template_are_products_of_few_written_out_transforms() {
+        let depth = |length: usize| {
+            let (mut rest, mut depth) = (length, 1);
+            while !WRITTEN_OUT.contains(&rest) {
+                rest = factors(rest).map_or(0, |[_, second]| second);
+                assert!(rest > 0, "{length}");
+                depth += 1;
+            }
+            depth
+        };
+        assert!((6..=128).map(fast_length).all(|length| depth(length) <= 3));
+        assert_eq!(
+            [48, 60, 64, 100, 128].map(factors),
+            [Some([6, 8]), Some([5, 12]), Some([8, 8]), Some([5, 20]), Some([8, 16])]
+        );
     }
 
     #[test]
