@@ -27,7 +27,7 @@ impl MapCopy {
         self.cloud.retain(|_, block| !block.points.is_empty());
         let cubes = Cubes::new(changes.octree);
         self.leaves.retain(|_, leaf| !cubes.hold(leaf));
-        for cube in &cubes.sorted {
+        for cube in cubes.by_place.values().flatten() {
             let leaves = now.octree().leaves_in_box(cube.min, cube.max).filter(|leaf| is_within(cube, leaf));
             self.leaves.extend(leaves.map(|leaf| ((leaf.key, leaf.depth), leaf)));
         }
@@ -70,25 +70,34 @@ impl MapCopy {
     }
 }
 
-/// Cubes by their lowest x: a map has thousands of them, nearly all of one size, and many more leaves.
+/// Cubes of an octree by which of the largest of them they lie in: a map has thousands of them, nearly all of one
+/// size, and many more leaves.
 struct Cubes {
-    sorted: Vec<Extent>,
+    by_place: BTreeMap<[i64; 3], Vec<Extent>>,
     /// Side of the largest, metres.
     side: f64,
 }
 
 impl Cubes {
-    fn new(mut cubes: Vec<Extent>) -> Self {
-        cubes.sort_unstable_by(|a, b| a.min[0].total_cmp(&b.min[0]));
+    fn new(cubes: Vec<Extent>) -> Self {
         let side = cubes.iter().map(|cube| cube.max[0] - cube.min[0]).fold(0.0, f64::max);
-        Self { sorted: cubes, side }
+        let mut by_place: BTreeMap<_, Vec<Extent>> = BTreeMap::new();
+        for cube in cubes {
+            let middle = [0, 1, 2].map(|axis| 0.5 * (cube.min[axis] + cube.max[axis]));
+            by_place.entry(place(middle, side)).or_default().push(cube);
+        }
+        Self { by_place, side }
     }
 
     fn hold(&self, leaf: &Leaf) -> bool {
-        let from = self.sorted.partition_point(|cube| cube.min[0] < leaf.center[0] - self.side);
-        let mut near = self.sorted[from..].iter().take_while(|cube| cube.min[0] <= leaf.center[0]);
-        near.any(|cube| is_within(cube, leaf))
+        let near = self.by_place.get(&place(leaf.center, self.side));
+        near.into_iter().flatten().any(|cube| is_within(cube, leaf))
     }
+}
+
+/// Which cube of a grid of cubes with this side a point lies in.
+fn place(point: [f64; 3], side: f64) -> [i64; 3] {
+    point.map(|c| (c / side).floor() as i64)
 }
 
 fn is_within(cube: &Extent, leaf: &Leaf) -> bool {
