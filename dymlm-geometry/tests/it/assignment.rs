@@ -1,6 +1,7 @@
 //! `Assignment`: against all matchings, and against `SciPy`.
 
 use dymlm_geometry::Assignment;
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 /// Tries every partial matching.
@@ -119,7 +120,7 @@ fn plain(rows: usize, columns: usize, weight: &dyn Fn(usize, usize) -> i64) -> V
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(500))]
+    #![proptest_config(ProptestConfig::with_cases(cases(100)))]
 
     /// Few different weights, so that most sums are equal; at any scale, of which the greatest need integers.
     #[test]

@@ -2,7 +2,7 @@
 use crate::common::{data, golden_points};
 use dymlm_core::Point;
 use dymlm_geometry::{Clusters, Dbscan, DbscanConfig, DbscanScratch};
-use dymlm_test_support::shuffle;
+use dymlm_test_support::{cases, shuffle};
 use proptest::prelude::*;
 
 fn dbscan(eps: f32, min_points: usize) -> Dbscan {
@@ -77,7 +77,7 @@ fn clouds() -> impl Strategy<Value = Vec<Point>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(cases(80)))]
 
     #[test]
     fn equals_the_definition(points in clouds(), eps in prop_oneof![Just(0.25_f32), 0.02..0.8_f32], min_points in 1..20_usize) {
@@ -184,7 +184,7 @@ fn crowds() -> impl Strategy<Value = Vec<Point>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(cases(12)))]
 
     /// For a large `min_points`, and in crowded cells, boxes are compared instead of points.
     #[test]

@@ -2,7 +2,7 @@
 //! rows.
 use dymlm_core::Point;
 use dymlm_geometry::{IsolationForest, IsolationForestConfig, IsolationForestScratch, IsolationTrees};
-use dymlm_test_support::recording;
+use dymlm_test_support::{cases, recording};
 use proptest::prelude::*;
 
 fn forest(trees: usize, sample_size: usize, seed: u64) -> IsolationForest {
@@ -99,7 +99,7 @@ fn rows() -> impl Strategy<Value = Vec<Point>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(cases(15)))]
 
     #[test]
     fn a_batch_scores_as_row_by_row(rows in rows(), seed in any::<u64>(), trees in 1..40_usize, sample in 2..400_usize) {

@@ -5,7 +5,7 @@ use dymlm_geometry::{
     ConvexHullScratch, MinimumAreaRectangleScratch, OrientedRectangle, convex_hull, convex_hull_into,
     minimum_area_rectangle, minimum_area_rectangle_with,
 };
-use dymlm_test_support::shuffle;
+use dymlm_test_support::{cases, shuffle};
 use proptest::prelude::*;
 
 /// Points of every kind: spread, on the sides of a rectangle, on a small lattice (duplicates, many on a
@@ -144,7 +144,7 @@ fn check_rectangle(points: &[[f64; 2]]) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::with_cases(cases(200)))]
 
     #[test]
     fn hull_is_the_strict_corners(
@@ -178,7 +178,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(cases(40)))]
 
     #[test]
     fn hull_of_many_equals_a_plain_scan(points in clouds(4000), offset in prop_oneof![Just(0.0), -1e7..1e7_f64, Just(1e13)]) {

@@ -1,6 +1,7 @@
 //! Overlap of oriented boxes against exact cases, brute force and what must hold for any two boxes.
 use dymlm_core::Pose;
 use dymlm_geometry::{OrientedBox, OrientedBoxError};
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 fn at(translation: [f64; 3], lengths: [f64; 3]) -> OrientedBox {
@@ -75,7 +76,7 @@ fn counted_overlap(a: &OrientedBox, b: &OrientedBox, cells: u32) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(cases(100)))]
 
     #[test]
     fn equals_the_count_of_a_fine_grid(a in any_box(), b in any_box()) {

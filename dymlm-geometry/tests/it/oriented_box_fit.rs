@@ -4,6 +4,7 @@ use dymlm_core::{Point, Pose};
 use dymlm_geometry::{
     BoxFit, OrientedBox, OrientedBoxScratch, PrincipalAxes, fit_oriented_box, fit_oriented_box_with,
 };
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 fn clouds() -> impl Strategy<Value = Vec<Point>> {
@@ -49,7 +50,7 @@ fn extent(points: &[Point], direction: [f64; 3]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::with_cases(cases(200)))]
 
     #[test]
     fn every_point_is_inside_and_every_side_touched(points in clouds(), fit in fits(), pose in poses(), far in prop_oneof![Just(1.0_f32), Just(1e6)]) {
@@ -132,8 +133,10 @@ proptest! {
                 all.insert(place.min(all.len()), hole);
             }
             let (with_holes, without) = (fit_oriented_box_with(&all, fit, &mut scratch).unwrap(), fit_oriented_box(&points, fit).unwrap());
-            // Sums run in another order; all else is the same.
-            prop_assert!((with_holes.volume() - without.volume()).abs() <= 1e-9 * (1.0 + without.volume()));
+            // Sums run in another order, and a descent that begins elsewhere ends elsewhere; all else is the same.
+            let allowed = if fit == BoxFit::MinimumVolume { 1e-6 } else { 1e-9 };
+            let (with_holes, without) = (with_holes.volume(), without.volume());
+            prop_assert!((with_holes - without).abs() <= allowed * (1.0 + without), "{with_holes} {without}");
         }
     }
 }

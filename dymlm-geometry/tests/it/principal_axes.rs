@@ -1,6 +1,7 @@
 //! Principal axes against nalgebra's eigenvectors of a covariance summed plainly, and on degenerate clouds.
 use dymlm_core::Point;
 use dymlm_geometry::PrincipalAxes;
+use dymlm_test_support::cases;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 use proptest::prelude::*;
 
@@ -49,7 +50,7 @@ fn clouds() -> impl Strategy<Value = Vec<Point>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::with_cases(cases(200)))]
 
     #[test]
     fn equal_two_passes_and_nalgebra(points in clouds()) {

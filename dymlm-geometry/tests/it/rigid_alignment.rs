@@ -1,6 +1,7 @@
 //! The motion between two sets of points.
 use dymlm_core::Pose;
 use dymlm_geometry::rigid_alignment;
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 /// Computed with numpy 2.4: `U, S, Vt = svd(cov)` of the centred pairs, `R = U diag(1, 1, det U det Vt) Vt`,
@@ -78,7 +79,7 @@ fn motion() -> impl Strategy<Value = Pose> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(cases(75)))]
 
     #[test]
     fn finds_every_motion(

@@ -2,6 +2,7 @@
 use crate::common::{data, golden_points};
 use dymlm_core::Point;
 use dymlm_geometry::{StatisticalOutlierConfig, StatisticalOutlierRemoval};
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 fn removal(neighbors: usize, std_ratio: f64) -> StatisticalOutlierRemoval {
@@ -27,7 +28,7 @@ fn mean_distances(points: &[Point], neighbors: usize) -> Vec<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(cases(50)))]
 
     #[test]
     fn equals_brute_force(

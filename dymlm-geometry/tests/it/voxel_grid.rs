@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 
 use dymlm_core::{Point, PointCloud, Rgb, SplitMix64};
 use dymlm_geometry::{VoxelGrid, VoxelGridConfig, VoxelGridScratch};
+use dymlm_test_support::cases;
 use proptest::prelude::*;
 
 fn voxel_grid(voxel_size: f64) -> VoxelGrid {
@@ -49,7 +50,7 @@ fn clouds() -> impl Strategy<Value = PointCloud> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(cases(30)))]
 
     /// Voxels of 10 cm are numbered in 32 bits, those of 1 mm may need 52, those of 0.1 mm more.
     #[test]

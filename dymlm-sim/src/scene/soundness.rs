@@ -3,6 +3,7 @@
 
 use std::sync::LazyLock;
 
+use dymlm_test_support::cases;
 use parry3d::math::Vec3;
 
 use super::person::Action;
@@ -22,10 +23,11 @@ static WALKING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity
 static AT_DESKS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::AtDesks));
 static SITTING: LazyLock<Vec<(String, Scene)>> = LazyLock::new(|| rooms(Activity::Sitting));
 
-/// All designed rooms and thirty random ones, with two people.
+/// All designed rooms and random ones, with two people.
 fn rooms(activity: Activity) -> Vec<(String, Scene)> {
     let designed = [Room::Office, Room::TwoTables].map(|room| (room, 7));
-    let random = (0..30).map(|seed| (Room::Random, seed));
+    // In 44 a pillar stood 9 cm from the camera.
+    let random = (0..u64::from(cases(10))).chain([44]).map(|seed| (Room::Random, seed));
     let all = designed.into_iter().chain(random);
     let scene = |(room, seed)| {
         let config = SequenceConfig { seed, room, activity, ..SequenceConfig::default() };
@@ -418,8 +420,14 @@ fn the_camera_moves_through_air() {
                 scene.moving_parts(time, &mut bodies);
                 for part in scene.static_parts.iter().chain(&bodies) {
                     let local = part.scene_from_part.inverse_transform_point(eye);
-                    let far = (local.abs() - part.shape.half_extents()).max_element() > 0.1 && !is_room(part);
-                    assert!(far || !part.shape.reaches(local, 0.1), "{name} {path:?} at {eye}, {time} s");
+                    // A station may be as near to a wall as furniture is.
+                    let least = if is_room(part) { 0.04 } else { 0.1 };
+                    let far =
+                        (local.abs() - part.shape.half_extents()).max_element() > least && !is_room(part);
+                    assert!(
+                        far || !part.shape.reaches(local, least),
+                        "{name} {path:?} at {eye}, {time} s: {part:?}"
+                    );
                 }
             }
         }

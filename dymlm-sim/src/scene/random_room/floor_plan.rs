@@ -17,6 +17,11 @@ impl Footprint {
         Self { center, yaw, half: half.into(), along: Vec2::from_angle(yaw) }
     }
 
+    /// The footprint with `margin` metres more on each side.
+    pub(super) fn widened(&self, margin: f32) -> Self {
+        Self { half: self.half + Vec2::splat(margin), ..*self }
+    }
+
     fn axes(&self) -> [Vec2; 2] {
         [self.along, self.along.perp()]
     }

@@ -9,7 +9,7 @@ mod ways;
 
 use self::furnishing::Furnished;
 pub(super) use self::in_building::{Site, SiteTable, furnish};
-use self::station::{Station, choose_station};
+use self::station::{BESIDE_CAMERA, Station, choose_station};
 use self::ways::{CLEARANCE, are_seen, choose_ways, walks};
 use super::person::Action;
 use super::walk::Walk;
@@ -47,6 +47,7 @@ fn plan(cast: &Cast, seed: u64, attempt: u64) -> Option<Plan> {
     let ways = choose_ways(&furnished, &station, &mut rng)?;
     let samples = ways.iter().flat_map(|way| &way.samples).copied();
     furnished.floor.keep_free(samples, CLEARANCE);
+    furnished.floor.reserve(station.footprint.widened(BESIDE_CAMERA));
     furnished.fill(&mut rng);
     // The furniture added last may occlude what was seen before.
     let good = station.sees_enough(&furnished) && are_seen(&ways, &furnished, &station);
