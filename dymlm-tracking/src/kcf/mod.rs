@@ -9,6 +9,7 @@ mod fourier;
 mod lanes;
 mod peak;
 mod tracker;
+mod transform;
 mod window;
 
 pub use config::KcfConfig;

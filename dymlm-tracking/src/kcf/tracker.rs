@@ -7,9 +7,10 @@ use super::alignment::Alignment;
 use super::channels::{COUNT, Channels, PLANES};
 use super::config::{KcfConfig, PUBLISHED};
 use super::correlation::KernelCorrelation;
-use super::fourier::{Fourier, fast_length};
+use super::fourier::Fourier;
 use super::lanes::Lanes;
 use super::peak::Peak;
+use super::transform::fast_length;
 use super::window::WindowSampler;
 use crate::{Error, GrayImage};
 
