@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use dymlm::core::{FrameId, Pose};
-use dymlm::files::{Autosave, LoadOptions, MapSaver};
+use dymlm::files::{Autosave, ConfigFileError, LoadOptions, MapSaver};
 use dymlm::{
     FrameReport, HistoryConfig, MapBuilder, MapConfig, MultiLevelMap, RefineConfig, RefinedPoses, Selection,
 };
@@ -67,8 +67,9 @@ struct Arguments {
     /// follow
     #[arg(long)]
     refine: bool,
-    /// Settings; fields that the file leaves out have their defaults
-    #[arg(long, conflicts_with = "resume")]
+    /// Settings; fields that the file leaves out have their defaults. Resumed maps keep theirs: [history] and
+    /// [memory] alone may be others, for a machine with other folders or another memory
+    #[arg(long)]
     config: Option<PathBuf>,
     /// Continues the maps of a folder, with their settings
     #[arg(long)]
@@ -259,10 +260,11 @@ fn title(arguments: &Arguments) -> String {
 /// A builder of new maps or of the resumed ones, and the saver of its maps.
 fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder, MapSaver), AnyError> {
     if let Some(folder) = &arguments.resume {
+        let options = read_config(arguments, LoadOptions::from_toml)?;
         let (saver, map) = if is_same(folder, &arguments.out) {
-            MapSaver::load(folder, &LoadOptions::default())?
+            MapSaver::load(folder, &options)?
         } else {
-            (MapSaver::create(&arguments.out)?, MultiLevelMap::load(folder)?)
+            (MapSaver::create(&arguments.out)?, MultiLevelMap::load_with(folder, &options)?)
         };
         if is_corrected && map.config().history == HistoryConfig::None {
             return Err(format!(
@@ -273,7 +275,7 @@ fn make_builder(arguments: &Arguments, is_corrected: bool) -> Result<(MapBuilder
         }
         return Ok((MapBuilder::resume(map)?, saver));
     }
-    let mut config = read_config(arguments)?;
+    let mut config = read_config(arguments, MapConfig::from_toml)?;
     if is_corrected && config.history == HistoryConfig::None {
         config.history = HistoryConfig::Memory;
     }
@@ -297,10 +299,14 @@ fn read_seconds(text: &str) -> Result<f64, String> {
     if (0.1..=1e6).contains(&seconds) { Ok(seconds) } else { Err("0.1 to 1000000 seconds".to_owned()) }
 }
 
-fn read_config(arguments: &Arguments) -> Result<MapConfig, AnyError> {
-    let Some(path) = &arguments.config else { return Ok(MapConfig::default()) };
+/// What the config file says, if one is named.
+fn read_config<T: Default>(
+    arguments: &Arguments,
+    parse: impl Fn(&str) -> Result<T, ConfigFileError>,
+) -> Result<T, AnyError> {
+    let Some(path) = &arguments.config else { return Ok(T::default()) };
     let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    MapConfig::from_toml(&text).map_err(|error| format!("{}: {error}", path.display()).into())
+    parse(&text).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
 fn open_source(arguments: &Arguments) -> Result<FrameSource, AnyError> {

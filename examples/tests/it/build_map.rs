@@ -280,6 +280,48 @@ fn a_second_run_goes_on_with_the_maps_of_the_first() {
     assert_eq!(MultiLevelMap::load(out).unwrap().cloud().frames(), after.cloud().frames());
 }
 
+/// Another machine has no folder of the first one's name, and more memory or less.
+#[test]
+fn maps_go_on_on_another_machine() {
+    let (parent, dataset, out) = paths();
+    let [there, here] = ["there", "here"].map(|name| parent.path().join(name));
+    let configured = |name: &str, text: String| {
+        let path = parent.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let kept_in = |folder: &Path| {
+        let folder = folder.display();
+        format!("[history]\nfolder = '{folder}'\n[memory]\nbudget = 100_000_000\npath = '{folder}'\n")
+    };
+    let first = configured("first.toml", format!("{}[cloud]\nvoxel_size = 0.05\n", kept_in(&there)));
+    let other = configured("other.toml", kept_in(&here));
+    let smaller = configured("smaller.toml", "[cloud]\nvoxel_size = 0.01\n".to_owned());
+    fs::create_dir(&there).unwrap();
+    let [dataset, out_name] = [&dataset, &out].map(|path| path.to_str().unwrap());
+    let mapping = ["--dataset", dataset, "--out", out_name];
+    let Some(run) = build_map(&[&mapping[..], &["--config", &first]].concat()) else { return };
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let before = MultiLevelMap::load(&out).unwrap().cloud().frames();
+    fs::remove_dir(&there).unwrap();
+    fs::create_dir(&here).unwrap();
+    let resumed =
+        |config: &[&str]| build_map(&[&mapping[..], &["--resume", out_name], config].concat()).unwrap();
+    let refused = resumed(&[]);
+    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("there"));
+    // What the maps have been made with stays.
+    let refused = resumed(&["--config", &smaller]);
+    assert!(
+        !refused.status.success()
+            && String::from_utf8_lossy(&refused.stderr).contains("unknown field `cloud`")
+    );
+    let run = resumed(&["--config", &other]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let map = MultiLevelMap::load(&out).unwrap();
+    assert_eq!(map.cloud().frames(), 2 * before);
+    assert_eq!((map.config().cloud.voxel_size, map.config().memory.path.as_ref()), (0.05, Some(&here)));
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_ends_with_the_map_of_what_it_has() {
