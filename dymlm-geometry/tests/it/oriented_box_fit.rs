@@ -133,7 +133,8 @@ proptest! {
                 all.insert(place.min(all.len()), hole);
             }
             let (with_holes, without) = (fit_oriented_box_with(&all, fit, &mut scratch).unwrap(), fit_oriented_box(&points, fit).unwrap());
-            // Sums run in another order, and a descent that begins elsewhere ends elsewhere; all else is the same.
+            // Sums run in another order, and a descent that begins elsewhere ends elsewhere; all else is as it
+            // was.
             let allowed = if fit == BoxFit::MinimumVolume { 1e-6 } else { 1e-9 };
             let (with_holes, without) = (with_holes.volume(), without.volume());
             prop_assert!((with_holes - without).abs() <= allowed * (1.0 + without), "{with_holes} {without}");

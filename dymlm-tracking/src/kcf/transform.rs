@@ -9,8 +9,8 @@ use rustfft::{Fft, FftDirection, FftNum};
 
 /// A Fourier transform of one length, fast where that is a [`fast_length`].
 ///
-/// `rustfft`'s planner does the same for every length, but the transforms that it might choose are then all compiled:
-/// for single numbers and for lanes they were more than half of this crate's code.
+/// `rustfft`'s planner does the same for every length, but the transforms that it might choose are then all
+/// compiled: for single numbers and for lanes they were more than half of this crate's code.
 pub(super) fn transform<T: FftNum>(length: usize, direction: FftDirection) -> Arc<dyn Fft<T>> {
     if let Some(written_out) = written_out(length, direction) {
         return written_out;
@@ -40,11 +40,12 @@ macro_rules! written_out {
 
 // All that have no prime factor above 5.
 written_out!(
-    2 Butterfly2, 3 Butterfly3, 4 Butterfly4, 5 Butterfly5, 6 Butterfly6, 8 Butterfly8, 9 Butterfly9, 12 Butterfly12,
-    16 Butterfly16, 24 Butterfly24, 27 Butterfly27, 32 Butterfly32
+    2 Butterfly2, 3 Butterfly3, 4 Butterfly4, 5 Butterfly5, 6 Butterfly6, 8 Butterfly8, 9 Butterfly9,
+    12 Butterfly12, 16 Butterfly16, 24 Butterfly24, 27 Butterfly27, 32 Butterfly32
 );
 
-/// Two factors of a length, the first of them written out: if possible both, and then as alike as they can be.
+/// Two factors of a length, the first of them written out: if possible both, and then as alike as they can
+/// be.
 fn factors(length: usize) -> Option<[usize; 2]> {
     let is_first = |first: &usize| length.is_multiple_of(*first) && first * first <= length;
     let pairs = WRITTEN_OUT.iter().copied().filter(is_first).map(|first| [first, length / first]);

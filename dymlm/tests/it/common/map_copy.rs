@@ -70,8 +70,8 @@ impl MapCopy {
     }
 }
 
-/// Cubes of an octree by which of the largest of them they lie in: a map has thousands of them, nearly all of one
-/// size, and many more leaves.
+/// Cubes of an octree by which of the largest of them they lie in: a map has thousands of them, nearly all of
+/// one size, and many more leaves.
 struct Cubes {
     by_place: BTreeMap<[i64; 3], Vec<Extent>>,
     /// Side of the largest, metres.
