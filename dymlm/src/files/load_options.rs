@@ -31,8 +31,8 @@ impl LoadOptions {
     ///
     /// # Errors
     ///
-    /// [`ConfigFileError`] names the field and the line, also those of other settings: the maps keep those that
-    /// they have been made with.
+    /// [`ConfigFileError`] names the field and the line, also those of other settings: the maps keep those
+    /// that they have been made with.
     ///
     /// ```
     /// use dymlm::files::LoadOptions;
