@@ -9,7 +9,7 @@ mod ways;
 
 use self::furnishing::Furnished;
 pub(super) use self::in_building::{Site, SiteTable, furnish};
-use self::station::{BESIDE_CAMERA, Station, choose_station};
+use self::station::{Station, choose_station};
 use self::ways::{CLEARANCE, are_seen, choose_ways, walks};
 use super::person::Action;
 use super::walk::Walk;
@@ -43,11 +43,10 @@ fn plan(cast: &Cast, seed: u64, attempt: u64) -> Option<Plan> {
     let mut rng = stream(seed, Use::Scene, 2, attempt);
     let mut furnished = Furnished::with_tables(cast, &mut rng)?;
     let station = choose_station(&furnished, &mut rng)?;
-    furnished.floor.take(station.footprint, 0.0);
     let ways = choose_ways(&furnished, &station, &mut rng)?;
     let samples = ways.iter().flat_map(|way| &way.samples).copied();
     furnished.floor.keep_free(samples, CLEARANCE);
-    furnished.floor.reserve(station.footprint.widened(BESIDE_CAMERA));
+    furnished.floor.reserve(station.floor());
     furnished.fill(&mut rng);
     // The furniture added last may occlude what was seen before.
     let good = station.sees_enough(&furnished) && are_seen(&ways, &furnished, &station);

@@ -22,8 +22,8 @@ pub(super) struct Station {
 /// the station its middle is, metres: see [`Viewpoint`].
 const NEEDED: [f32; 2] = [0.85, 0.525];
 const AHEAD: f32 = 0.225;
-/// How far things stand from that floor at least, metres.
-pub(super) const BESIDE_CAMERA: f32 = 0.1;
+/// How far things and walls are from that floor at least, metres.
+const BESIDE_CAMERA: f32 = 0.1;
 /// Tangents of the angles from the view's axis at which things count as seen; a Kinect has 0.61 and 0.46.
 const WIDTH: f32 = 0.5;
 const HEIGHT: f32 = 0.4;
@@ -64,10 +64,15 @@ fn station(furnished: &Furnished, rng: &mut ChaCha8Rng) -> Option<Station> {
         height: rng.random_range(1.3..1.55),
         target: Vec3::new(0.0, rng.random_range(2.4..3.0), rng.random_range(0.7..0.9)),
     };
-    furnished.floor.fits(&station.footprint, BESIDE_CAMERA).then_some(station)
+    furnished.floor.fits(&station.floor(), 0.0).then_some(station)
 }
 
 impl Station {
+    /// The floor on which nothing else may stand.
+    pub(super) fn floor(&self) -> Footprint {
+        self.footprint.widened(BESIDE_CAMERA)
+    }
+
     pub(super) fn viewpoint(&self) -> Viewpoint {
         Viewpoint {
             scene_from_view: self.scene_from_view,
