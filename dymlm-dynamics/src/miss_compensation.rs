@@ -8,7 +8,7 @@ use crate::Foreground;
 pub(crate) const DEPTH_CHANGE: f64 = 0.2;
 /// Walking speed of movers indoors, metres per second: the tolerance grows at this speed from the time when a
 /// track was last seen. A lower value loses people who walk towards the camera.
-const MOVER_SPEED: f64 = 0.7;
+pub(crate) const MOVER_SPEED: f64 = 0.7;
 
 /// Decides whether a track without a detection is still where its motion puts it: paper section III-A,
 /// "missed detection compensation".

@@ -1,4 +1,4 @@
-use dymlm_core::{Detection, Frame, Mask, Pose, SensorModel};
+use dymlm_core::{BoundingBox, Detection, Frame, Mask, Pose, SensorModel};
 
 use crate::miss_compensation::is_still_there;
 use crate::mover_labels::mover_labels;
@@ -154,7 +154,7 @@ impl Preprocessor {
         self.compensate_misses();
         self.correct_boxes(frame);
         self.find_claimed(frame, found)?;
-        self.mask_movers(frame, found, world_from_camera);
+        self.mask_movers(frame, detections, world_from_camera);
         self.past_views.remember(frame, world_from_camera, &self.sensor);
         for body in knowledge.carried() {
             mask_body(frame, &body.transformed(&world_from_camera.inverse()), &mut self.static_mask);
@@ -299,14 +299,14 @@ impl Preprocessor {
     }
 
     /// Builds the masks of static pixels and of movers.
-    fn mask_movers(&mut self, frame: &Frame, detections: &[Detection], world_from_camera: &Pose) {
+    fn mask_movers(&mut self, frame: &Frame, detections: Option<&[Detection]>, world_from_camera: &Pose) {
         let compared =
             ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
         let regions = self.movers.iter().zip(&self.foregrounds).map(|(mover, foreground)| MaskRegion {
             bounding_box: mover.corrected_box,
-            detected_box: matches!(mover.source, BoxSource::Detected { .. }).then_some(mover.bounding_box),
+            sure_box: sure_box(mover, detections.is_some(), self.tracker.boxes()),
             foreground,
-            instance_mask: instance_mask(mover, detections),
+            instance_mask: instance_mask(mover, detections.unwrap_or_default()),
         });
         let masks = [&mut self.static_mask, &mut self.mover_mask];
         self.mask_builder.build(regions, &self.claimed, &compared, masks);
@@ -362,8 +362,8 @@ impl Preprocessor {
     }
 
     /// The pixels of the last frame that are surely a mover's (`true`): silhouettes without a rim, within
-    /// detected boxes. Pixels that are neither in this mask nor static may be either. A single pixel before
-    /// the first frame.
+    /// detected boxes, or, when the detector did not run, within predicted ones. Pixels that are neither in
+    /// this mask nor static may be either. A single pixel before the first frame.
     pub fn mover_mask(&self) -> &Mask {
         &self.mover_mask
     }
@@ -372,6 +372,19 @@ impl Preprocessor {
     /// a mover, or something that has just been put there. A single pixel before the first frame.
     pub fn unproven_mask(&self) -> &Mask {
         &self.unproven_mask
+    }
+}
+
+/// The box in which a mover surely is: as detected, or, when the detector did not run, as predicted. After a
+/// detector has run and not found the mover, none is sure.
+fn sure_box(mover: &Mover, has_run: bool, tracked: &[TrackedBox]) -> Option<BoundingBox> {
+    match mover.source {
+        BoxSource::Detected { .. } => Some(mover.bounding_box),
+        BoxSource::Predicted { .. } if !has_run => tracked
+            .iter()
+            .find(|tracked| tracked.track_id == mover.track_id)
+            .map(|tracked| tracked.bounding_box),
+        BoxSource::Predicted { .. } | BoxSource::FreeSpace => None,
     }
 }
 

@@ -44,7 +44,7 @@ const STILL: f32 = 0.03;
 /// the detector would have put this box around them:
 /// - they reach all four sides, because the detector sees the ends of the mover. A desk or a screen before a
 ///   person is nearer and larger than what is seen of the person, but leaves out the head above it and the
-///   feet below;
+///   feet below. A predicted box says so too, the less the longer ago the mover was detected;
 /// - they fill some of the box, and its middle counts more than its sides;
 /// - they are at the depth at which the track is expected; for a new track, nearer is likelier;
 /// - they move: what past views have shown in the same place for seconds, while another cluster has moved,
@@ -84,6 +84,15 @@ pub(super) struct Chosen {
     score: f32,
 }
 
+/// The box in which a mover should reach all four sides.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ExpectedBox {
+    /// The part of the detected or predicted box that has readings.
+    pub(super) bounds: BoundingBox,
+    /// How far the mover may have gone since it was detected, pixels.
+    pub(super) gone: f32,
+}
+
 /// What the choice is made from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidates<'a> {
@@ -91,8 +100,8 @@ pub(super) struct Candidates<'a> {
     pub(super) segmenter: &'a BoxSegmenter,
     /// The pixels in the box of any mover.
     pub(super) boxes: &'a Mask,
-    /// The part of the detector's box that has readings; `None` when the box is predicted.
-    pub(super) detected: Option<BoundingBox>,
+    /// `None` when its box has no readings, or when nobody knows how far it may have gone.
+    pub(super) expected_box: Option<ExpectedBox>,
     /// Depth at which the mover's track should be, metres.
     pub(super) expected_depth: Option<f32>,
     /// Depth of the nearest things in the box, metres.
@@ -160,12 +169,27 @@ impl Choice {
         let small = SMALL_SHARE * candidates.grid.box_cells as f32;
         // Without this factor a person behind a nearer sitter stays in the map (`evaluate --fresh`).
         let own_share = 1.0 - self.clusters[chosen].others as f32 / own.size().max(1) as f32;
-        let shape = candidates.detected.map_or(1.0, |detected| reaches_sides(reached, &detected))
+        let shape = candidates.expected_box.map_or(1.0, |expected| expected.is_reached(reached))
             * own_share
             * likelihood(relative_cut(self.clusters[chosen].cut, own.size()) / MAX_CUT)
             / (mass + small);
         let known = if candidates.expected_depth.is_some() { expected } else { moving };
         Chosen { index: chosen, likelihood: known * shape, score: expected * shape }
+    }
+}
+
+impl ExpectedBox {
+    /// The likelihood that the mover of this box reaches so far outward on each side: 0..=1.
+    fn is_reached(&self, reached: [f32; 4]) -> f32 {
+        let Self { bounds, gone } = self;
+        let [across, down] = [bounds.width(), bounds.height()].map(|length| gone.hypot(SIDE_ERROR * length));
+        let errors = [across, down, across, down];
+        let short = sides(bounds)
+            .into_iter()
+            .zip(reached)
+            .zip(errors)
+            .map(|((side, reached), error)| ((side - reached) / error).clamp(0.0, LARGEST_ERROR));
+        short.map(likelihood).product()
     }
 }
 
@@ -197,18 +221,6 @@ pub(super) fn ends_in_margin(cluster: &BoxCluster) -> bool {
 /// Samples at which a cluster is cut, in square roots of its size.
 fn relative_cut(cut: usize, size: usize) -> f32 {
     cut as f32 / (size.max(1) as f32).sqrt()
-}
-
-/// The likelihood that the mover reaches this far outward on each side when its box is `own`: 0..=1.
-fn reaches_sides(reached: [f32; 4], own: &BoundingBox) -> f32 {
-    let [across, down] = [own.width(), own.height()].map(|length| SIDE_ERROR * length);
-    let errors = [across, down, across, down];
-    let short = sides(own)
-        .into_iter()
-        .zip(reached)
-        .zip(errors)
-        .map(|((side, reached), error)| ((side - reached) / error).clamp(0.0, LARGEST_ERROR));
-    short.map(likelihood).product()
 }
 
 /// How far outward each side of a box lies: left, top, right, bottom; larger is farther outward.

@@ -2,8 +2,9 @@ use dymlm_core::{BoundingBox, ConfigError, Frame, Mask, SensorModel};
 use dymlm_geometry::{BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 
 use super::Foreground;
-use super::choice::{Candidates, Choice, Chosen, FOOT_REACH, ends_in_margin, is_part};
+use super::choice::{Candidates, Choice, Chosen, ExpectedBox, FOOT_REACH, ends_in_margin, is_part};
 use super::cluster_motion::ClusterMotion;
+use crate::miss_compensation::MOVER_SPEED;
 use crate::{BoxSource, ComparedFrame, Mover};
 
 /// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; the
@@ -84,10 +85,11 @@ impl ForegroundFinder {
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
         self.motion.compare(compared, &self.grid, &self.segmenter);
-        if let Some(chosen) = self.choose(search.boxes, mover) {
+        let focal_length = frame.camera().fx().abs();
+        if let Some(chosen) = self.choose(search.boxes, mover, focal_length) {
             self.keep(chosen, foreground);
         }
-        foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
+        foreground.set_step(&self.sensor, 1.0 / focal_length);
     }
 
     /// Finds what is new in a box: the clusters of whose samples more than [`NEW_SHARE`] are new. `is_new`
@@ -140,16 +142,17 @@ impl ForegroundFinder {
         self.segmenter.cluster(&self.grid, is_free);
     }
 
-    /// Chooses the mover's largest cluster.
-    fn choose(&mut self, boxes: &Mask, own: &Mover) -> Option<Chosen> {
+    /// Chooses the mover's largest cluster. `focal_length` in pixels.
+    fn choose(&mut self, boxes: &Mask, own: &Mover, focal_length: f64) -> Option<Chosen> {
         let in_box = || self.grid.samples.iter().filter(|sample| sample.is_in_box);
         let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05)?;
-        let is_detected = matches!(own.source, BoxSource::Detected { .. });
+        let expected_box = gone_since_detected(own, focal_length)
+            .and_then(|gone| Some(ExpectedBox { bounds: self.grid.bounds(in_box())?, gone }));
         self.choice.choose(&Candidates {
             grid: &self.grid,
             segmenter: &self.segmenter,
             boxes,
-            detected: is_detected.then(|| self.grid.bounds(in_box())).flatten(),
+            expected_box,
             expected_depth: own.depth,
             nearest,
             motion: &self.motion,
@@ -182,6 +185,19 @@ impl ForegroundFinder {
                 foreground.add(sample.column as usize, sample.row as usize, z);
             }
         }
+    }
+}
+
+/// How far a mover may have gone since its last detection, pixels; `None` when it never had one, or its
+/// distance is not known.
+fn gone_since_detected(own: &Mover, focal_length: f64) -> Option<f32> {
+    match own.source {
+        BoxSource::Detected { .. } => Some(0.0),
+        BoxSource::Predicted { missed_for } => {
+            let metres = MOVER_SPEED * missed_for;
+            own.depth.map(|depth| (focal_length * metres) as f32 / depth)
+        }
+        BoxSource::FreeSpace => None,
     }
 }
 

@@ -11,8 +11,8 @@ use crate::Foreground;
 pub(crate) struct MaskRegion<'a> {
     /// Its corrected box, pixels.
     pub(crate) bounding_box: BoundingBox,
-    /// The box as detected; `None` when it was predicted.
-    pub(crate) detected_box: Option<BoundingBox>,
+    /// The box that a detector gave, or would have given; `None` when that is not sure.
+    pub(crate) sure_box: Option<BoundingBox>,
     /// Its foreground. When it is empty, the whole box is masked.
     pub(crate) foreground: &'a Foreground,
     /// The detector's instance mask: all its pixels in the box are masked.
@@ -47,9 +47,9 @@ impl StaticMaskBuilder {
     }
 
     /// Fills two masks: `is_static`, where `false` = inside a mover; and `is_mover`, where `true` = surely a
-    /// mover's: its silhouette without a rim, within the detector's own box. What corrections and predictions
-    /// add to the box is a guess, often the chair on which somebody sits. `claimed`: the pixels in detected
-    /// boxes of other things. Masks of another size than the depth image are made anew.
+    /// mover's: its silhouette without a rim, within the box in which it surely is. What corrections add to
+    /// the box is a guess, often the chair on which somebody sits. `claimed`: the pixels in detected boxes of
+    /// other things. Masks of another size than the depth image are made anew.
     pub(crate) fn build<'a>(
         &mut self,
         movers: impl IntoIterator<Item = MaskRegion<'a>>,
@@ -66,13 +66,13 @@ impl StaticMaskBuilder {
             // The detector's own mask is more reliable than this search, and the mode `Box` masks all pixels.
             if self.config.mode == MaskMode::Silhouette && mover.instance_mask.is_none() {
                 self.silhouette.release_still_parts(compared, &mut self.still_parts);
-                if let Some(detected) = &mover.detected_box {
+                if let Some(own) = &mover.sure_box {
                     let parts = &mut self.claimed_parts;
-                    self.silhouette.release_claimed_parts(detected, claimed, compared, parts);
+                    self.silhouette.release_claimed_parts(own, claimed, compared, parts);
                 }
             }
-            if let (Some(detected), false) = (&mover.detected_box, mover.foreground.is_empty()) {
-                self.silhouette.add_to(detected, is_mover);
+            if let (Some(own), false) = (&mover.sure_box, mover.foreground.is_empty()) {
+                self.silhouette.add_to(own, is_mover);
             }
             self.remove_traced(&mover, frame, is_static);
         }

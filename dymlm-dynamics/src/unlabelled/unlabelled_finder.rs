@@ -89,12 +89,8 @@ impl UnlabelledFinder {
             }
             let Some(bounding_box) = foreground.bounding_box() else { continue };
             let corrected_box = cutting.corrector.correct(frame, &bounding_box, foreground);
-            let region = MaskRegion {
-                bounding_box: corrected_box,
-                detected_box: None,
-                foreground,
-                instance_mask: None,
-            };
+            let region =
+                MaskRegion { bounding_box: corrected_box, sure_box: None, foreground, instance_mask: None };
             cutting.mask_builder.mask(&region, frame, static_mask);
             found.push(Detection::new("", 1.0, bounding_box)?);
             corrected.push((corrected_box, foreground.depth()));
