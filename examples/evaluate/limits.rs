@@ -101,6 +101,18 @@ pub(crate) const SENSORS: &[SequenceLimit] = &[
     ("rolled", "objects.recall", AtLeast(0.9)),
 ];
 
+/// Limits for the run with a detector that is slower than the camera, down to [`SLOWEST_DETECTOR`].
+pub(crate) const SLOW_DETECTOR: &[SequenceLimit] = &[
+    ("sitting", "cloud.residue", AtMost(0.001)),
+    ("sitting", "cloud.completeness", AtLeast(0.98)),
+    ("sitting", "objects.recall", AtLeast(0.75)),
+    ("walking", "cloud.residue", AtMost(0.0005)),
+    ("walking", "cloud.completeness", AtLeast(0.99)),
+    ("walking", "objects.recall", AtLeast(0.9)),
+];
+/// Detections a second below which nothing is asked: somebody who walks is gone between two of them.
+pub(crate) const SLOWEST_DETECTOR: f64 = 2.0;
+
 /// Limits for the run with undetected movers, which hold with every third frame too.
 pub(crate) const UNDETECTED: &[SequenceLimit] = &[
     ("nobody detected, walking", "cloud.residue", AtMost(0.0005)),

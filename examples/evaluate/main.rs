@@ -86,7 +86,7 @@ struct Arguments {
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick"])]
     sensors: bool,
     /// Takes frames at 30 Hz (in a building at its rate), once with detections in all of them and once only this
-    /// many times a second
+    /// many times a second; of 2 and more, fails when a figure is worse than its limit
     #[arg(long, conflicts_with_all = ["dataset", "baseline", "quick", "sensors"])]
     detector_rate: Option<f64>,
     /// Sequences with people and things that move and are never detected instead
@@ -232,6 +232,7 @@ fn main() -> Result<(), AnyError> {
         table::write_page(&rows, file)?;
         println!("written to {}", file.display());
     }
+    let is_slow_detector = arguments.detector_rate.is_some_and(|rate| rate >= limits::SLOWEST_DETECTOR);
     if arguments.quick {
         limits::check(&rows, limits::QUICK)
     } else if arguments.sensors && arguments.only.is_none() {
@@ -240,6 +241,8 @@ fn main() -> Result<(), AnyError> {
         limits::check(&rows, limits::UNDETECTED)
     } else if arguments.building.is_some() {
         limits::check(&rows, limits::BUILDING)
+    } else if is_slow_detector && arguments.only.is_none() {
+        limits::check(&rows, limits::SLOW_DETECTOR)
     } else {
         Ok(())
     }

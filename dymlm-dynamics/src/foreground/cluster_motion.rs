@@ -17,14 +17,19 @@ const SURELY: f64 = 3.0;
 /// Mean displacement, in standard deviations, beyond which a cluster may have moved. Of a cluster of many
 /// samples a deviation is the accuracy of the poses, 4 mm. With more, who sways by a centimetre is still.
 const MAYBE: f64 = 1.0;
+/// The same for a quarter of a cluster, of which the largest of four counts: one shoulder comes, the other
+/// one goes, and the mean of both is where it was. With 1, things on a table are not still for long, with
+/// more, who turns in a chair is (`who_turns_is_not_still_though_the_mean_is`).
+const MAYBE_A_QUARTER: f64 = 2.0;
 
 /// Which clusters of a box have stayed where they are, and which have moved, as past views show them.
 ///
 /// What the detector has put its box around moves, if only by a sway; the things before it, on the table at
 /// which it sits, do not. And whatever moves in a mover's box is not static, whether it is a leg that a desk
 /// parts from its body, a chair that turns, or somebody behind it. A sway of a centimetre is less than the
-/// noise and the steps of single readings two metres away, but many times the error of a whole cluster's mean:
-/// so means are compared. Costs O(views) for each sample that is compared.
+/// noise and the steps of single readings two metres away, but many times the error of a whole cluster's
+/// mean: so means are compared, those of clusters and of their quarters. Costs O(views) for each sample that
+/// is compared.
 #[derive(Debug, Default)]
 pub(super) struct ClusterMotion {
     clusters: Vec<Watched>,
@@ -37,7 +42,10 @@ struct Watched {
     /// Samples met so far, and those that are compared.
     samples: usize,
     compared: u32,
-    view: Displacement,
+    /// The pixel in the middle of the cluster.
+    middle: [f32; 2],
+    /// How far the present view has read its quarters.
+    quarters: [Displacement; 4],
     /// Whether a view has shown that it has surely moved; whether one has shown that it may have.
     has_moved: bool,
     may_have_moved: bool,
@@ -59,10 +67,12 @@ struct Displacement {
     variance: f64,
 }
 
-/// A sample of a cluster that is compared, in the camera's frame.
+/// A sample of a cluster that is compared.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     cluster: usize,
+    quarter: usize,
+    /// In the camera's frame.
     point: [f64; 3],
 }
 
@@ -75,7 +85,10 @@ impl ClusterMotion {
         segmenter: &BoxSegmenter,
     ) {
         self.clusters.clear();
-        self.clusters.resize(segmenter.clusters().len(), Watched::default());
+        self.clusters.extend(segmenter.clusters().iter().map(|cluster| {
+            let middle = cluster.bounds(grid).map_or([0.0; 2], |bounds| bounds.center());
+            Watched { middle, ..Watched::default() }
+        }));
         let now = compared.frame.timestamp();
         let candidates = segmenter.clusters().iter().filter(|cluster| cluster.inside >= MIN_SAMPLES).count();
         if candidates < 2 {
@@ -84,10 +97,10 @@ impl ClusterMotion {
         self.choose_places(compared, grid, segmenter);
         for view in compared.past.iter() {
             let view_from_camera = view.view_from(compared.world_from_camera);
-            for &Place { cluster, point } in &self.places {
+            for &Place { cluster, quarter, point } in &self.places {
                 let point = view_from_camera.transform_point(point);
                 let displacement = view.displacement(point, compared.sensor);
-                self.clusters[cluster].view.add(displacement, point[2], compared.sensor);
+                self.clusters[cluster].quarters[quarter].add(displacement, point[2], compared.sensor);
             }
             self.clusters.iter_mut().for_each(|cluster| cluster.end_view(view.age(now), view.misfit()));
         }
@@ -122,7 +135,9 @@ impl ClusterMotion {
             let corner = [grid.first[0] + cell[0], grid.first[1] + cell[1]];
             if let Some(point) = mean_place(corner, grid.stride, compared.frame, compared.sensor) {
                 watched.compared += 1;
-                self.places.push(Place { cluster, point });
+                let [is_right, is_low] = [0, 1].map(|axis| corner[axis] as f32 >= watched.middle[axis]);
+                let quarter = 2 * usize::from(is_low) + usize::from(is_right);
+                self.places.push(Place { cluster, quarter, point });
             }
         }
     }
@@ -131,13 +146,16 @@ impl ClusterMotion {
 impl Watched {
     /// Takes in what a view of some age has shown, if it has seen at least half of the cluster.
     fn end_view(&mut self, age: f64, misfit: f64) {
-        let view = std::mem::take(&mut self.view);
-        let seen = view.read + view.absent;
-        if seen == 0 || 2 * seen < self.compared {
+        let quarters = std::mem::take(&mut self.quarters);
+        let view = quarters.iter().fold(Displacement::default(), Displacement::joined);
+        if view.seen() == 0 || 2 * view.seen() < self.compared {
             return;
         }
-        let deviations = if view.absent > view.read { f64::INFINITY } else { view.deviations(EVENNESS) };
-        self.may_have_moved |= deviations > MAYBE;
+        let deviations = view.deviations_or_absent();
+        let is_moved = |own: &Displacement| {
+            own.seen() >= MIN_SAMPLES as u32 && own.deviations_or_absent() > MAYBE_A_QUARTER
+        };
+        self.may_have_moved |= deviations > MAYBE || quarters.iter().any(is_moved);
         self.has_moved |= deviations > SURELY;
         self.was_elsewhere |= view.absent <= view.read && view.deviations(EVENNESS.max(misfit)) > SURELY;
         self.seen_for = self.seen_for.max(age);
@@ -155,6 +173,26 @@ impl Displacement {
                 self.variance += f64::from(sensor.sigma(z as f32)).powi(2);
             }
         }
+    }
+
+    /// That of both.
+    fn joined(self, other: &Self) -> Self {
+        Self {
+            read: self.read + other.read,
+            absent: self.absent + other.absent,
+            sum: self.sum + other.sum,
+            variance: self.variance + other.variance,
+        }
+    }
+
+    /// Samples of which the view can tell.
+    fn seen(&self) -> u32 {
+        self.read + self.absent
+    }
+
+    /// The mean displacement in standard deviations; infinite when the view has looked through most of it.
+    fn deviations_or_absent(&self) -> f64 {
+        if self.absent > self.read { f64::INFINITY } else { self.deviations(EVENNESS) }
     }
 
     /// The mean displacement in standard deviations, when places are accurate to `accuracy`, metres.
@@ -210,13 +248,13 @@ mod tests {
     }
 
     /// Whether the thing and the person are still, when a view a second has been seen for so many seconds.
-    fn are_still(sway: f32, seconds: u32) -> [bool; 2] {
+    fn are_still(frame: impl Fn(f64) -> Frame, seconds: u32) -> [bool; 2] {
         let (sensor, pose) = (SensorModel::kinect(), Pose::identity());
         let mut past = PastViews::default();
         for second in 0..seconds {
-            past.remember(&frame(second.into(), sway), &pose, &sensor);
+            past.remember(&frame(second.into()), &pose, &sensor);
         }
-        let now = frame(seconds.into(), sway);
+        let now = frame(seconds.into());
         let mut config = SegmentationConfig::default();
         config.spacing = 4.0;
         let mut segmenter = BoxSegmenter::new(config).unwrap();
@@ -246,14 +284,32 @@ mod tests {
     #[test]
     fn a_thing_is_still_and_who_sways_by_a_centimetre_behind_it_is_not() {
         for (sway, seconds) in [(0.01, 4), (0.01, 5), (0.02, 8)] {
-            assert_eq!(are_still(sway, seconds), [true, false], "{sway} m for {seconds} s");
+            let still = are_still(|time| frame(time, sway), seconds);
+            assert_eq!(still, [true, false], "{sway} m for {seconds} s");
+        }
+    }
+
+    #[test]
+    fn who_turns_is_not_still_though_the_mean_is() {
+        // One shoulder comes as far as the other one goes; something beside them moves.
+        let turned = |time: f64| {
+            read(time, |u, v| match (u, v) {
+                (240..380, 250..420) => THING,
+                (255..365, 120..250) => PERSON - lean(time, 0.012) * (u as f32 - 310.0) / 55.0,
+                (300..330, 60..110) => PERSON + 0.3 - lean(time, 0.02),
+                _ => 3.0,
+            })
+        };
+        for seconds in [5, 8] {
+            assert_eq!(are_still(turned, seconds), [true, false], "for {seconds} s");
         }
     }
 
     #[test]
     fn nothing_is_still_before_something_has_surely_moved_and_four_seconds_were_seen() {
         for (sway, seconds) in [(0.0, 6), (0.004, 5), (0.02, 3)] {
-            assert_eq!(are_still(sway, seconds), [false, false], "{sway} m for {seconds} s");
+            let still = are_still(|time| frame(time, sway), seconds);
+            assert_eq!(still, [false, false], "{sway} m for {seconds} s");
         }
     }
 
