@@ -1,6 +1,6 @@
-use dymlm_core::{SensorModel, Visibility};
+use dymlm_core::{PinholeCamera, SensorModel, Visibility};
 
-use crate::Foreground;
+use crate::{BoxSource, Foreground, Mover};
 
 /// How far the median depth of a person's surface changes when the box cuts it differently, three standard
 /// deviations, metres. A lower value loses people who turn, a higher one takes what they walk past for them
@@ -8,7 +8,20 @@ use crate::Foreground;
 pub(crate) const DEPTH_CHANGE: f64 = 0.2;
 /// Walking speed of movers indoors, metres per second: the tolerance grows at this speed from the time when a
 /// track was last seen. A lower value loses people who walk towards the camera.
-pub(crate) const MOVER_SPEED: f64 = 0.7;
+const MOVER_SPEED: f64 = 0.7;
+
+/// How far a mover may have gone in the image since its last detection, pixels; `None` when it never had one,
+/// or its distance is not known.
+pub(crate) fn gone_since_detected(mover: &Mover, camera: &PinholeCamera) -> Option<f32> {
+    match mover.source {
+        BoxSource::Detected { .. } => Some(0.0),
+        BoxSource::Predicted { missed_for } => {
+            let metres = MOVER_SPEED * missed_for;
+            mover.depth.map(|depth| (camera.fx().abs() * metres) as f32 / depth)
+        }
+        BoxSource::FreeSpace => None,
+    }
+}
 
 /// Decides whether a track without a detection is still where its motion puts it: paper section III-A,
 /// "missed detection compensation".

@@ -1,6 +1,6 @@
-use dymlm_core::{BoundingBox, Detection, Frame, Mask, Pose, SensorModel};
+use dymlm_core::{BoundingBox, Detection, Frame, Mask, PinholeCamera, Pose, SensorModel};
 
-use crate::miss_compensation::is_still_there;
+use crate::miss_compensation::{gone_since_detected, is_still_there};
 use crate::mover_labels::mover_labels;
 use crate::tracking::LOW_SCORE;
 use crate::unlabelled::Cutting;
@@ -304,7 +304,7 @@ impl Preprocessor {
             ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
         let regions = self.movers.iter().zip(&self.foregrounds).map(|(mover, foreground)| MaskRegion {
             bounding_box: mover.corrected_box,
-            sure_box: sure_box(mover, detections.is_some(), self.tracker.boxes()),
+            sure_box: sure_box(mover, &self.tracker, frame.camera()),
             foreground,
             instance_mask: instance_mask(mover, detections.unwrap_or_default()),
         });
@@ -375,17 +375,13 @@ impl Preprocessor {
     }
 }
 
-/// The box in which a mover surely is: as detected, or, when the detector did not run, as predicted. After a
-/// detector has run and not found the mover, none is sure.
-fn sure_box(mover: &Mover, has_run: bool, tracked: &[TrackedBox]) -> Option<BoundingBox> {
-    match mover.source {
-        BoxSource::Detected { .. } => Some(mover.bounding_box),
-        BoxSource::Predicted { .. } if !has_run => tracked
-            .iter()
-            .find(|tracked| tracked.track_id == mover.track_id)
-            .map(|tracked| tracked.bounding_box),
-        BoxSource::Predicted { .. } | BoxSource::FreeSpace => None,
-    }
+/// The box in which a mover surely is: as detected, or as predicted until the detector runs again, and as long
+/// as the mover cannot have left it. After the detector has run and not found the mover, none is sure.
+fn sure_box(mover: &Mover, tracker: &BoxTracker, camera: &PinholeCamera) -> Option<BoundingBox> {
+    let tracked = tracker.boxes().iter().find(|tracked| tracked.track_id == mover.track_id)?;
+    let own = tracked.bounding_box;
+    let gone = gone_since_detected(mover, camera)?;
+    (!tracker.has_missed(mover.track_id) && gone <= own.width().min(own.height())).then_some(own)
 }
 
 /// Whether a detection has the label of a potential mover.

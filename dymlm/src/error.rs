@@ -8,7 +8,7 @@ pub enum Error {
     /// fields are refused by their own crates, through the variants below.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// Nothing of the frame is left by the sensor's stride.
+    /// The sensor's stride leaves too little of the frame: a focal length below 0.001 pixels.
     #[error(transparent)]
     Core(#[from] dymlm_core::Error),
     /// Refused by the preprocessing: a time that runs backwards, an instance mask of the wrong size.

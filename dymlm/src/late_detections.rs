@@ -51,7 +51,8 @@ impl MapBuilder {
     ) -> Result<Observation, Error> {
         let mut mended = before.clone();
         mended.static_mask.subtract(&preprocessor.static_mask().inverted())?;
-        mended.mover_mask.unite(preprocessor.mover_mask())?;
+        // What was sure before was a prediction, which the detector now confirms or does not.
+        mended.mover_mask.clone_from(preprocessor.mover_mask());
         mended.unproven_mask.subtract(preprocessor.mover_mask())?;
         let boxes: Vec<_> = preprocessor.movers().iter().map(|mover| mover.corrected_box).collect();
         let mut detector = PlaneDetector::new(&self.config.planes.detector, &self.config.sensor)?;
@@ -83,5 +84,43 @@ impl MapBuilder {
             }
         }
         report
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dymlm_core::FrameId;
+    use dymlm_sim::{Sequence, SequenceType};
+
+    use crate::{Detections, FrameOutcome, HistoryConfig, KeyFrameConfig, MapBuilder, MapConfig};
+
+    /// Pixels of a kept observation that are surely a mover's.
+    fn surely_movers(builder: &MapBuilder, frame: FrameId) -> usize {
+        let log = builder.map.past.log.as_ref().unwrap();
+        let (_, entry) = log.key_frame(frame).unwrap();
+        log.history.get(entry.observation).unwrap().mover_mask.count()
+    }
+
+    /// Regression: what had been predicted in the meantime stayed sure.
+    #[test]
+    fn nothing_is_surely_a_movers_where_late_detections_find_nobody() {
+        let mut config = MapConfig::default();
+        config.history = HistoryConfig::Memory;
+        config.key_frames = KeyFrameConfig::every_frame();
+        let mut builder = MapBuilder::new(config).unwrap();
+        let mut sequence = SequenceType::WalkingStatic.config();
+        (sequence.frames, sequence.frame_rate) = (4, 30.0);
+        let mut last = None;
+        for (index, frame) in Sequence::new(&sequence).unwrap().frames().enumerate() {
+            let found = (index < 3).then_some(&frame.detections[..]);
+            let report =
+                builder.insert(&frame.frame, Detections::from(found), &frame.world_from_camera).unwrap();
+            last = Some(report.id);
+        }
+        let last = last.unwrap();
+        assert!(surely_movers(&builder, last) > 0, "a predicted mover");
+        let report = builder.detections_for(last, &[]).unwrap();
+        assert!(matches!(report.outcome, FrameOutcome::Mended(_)));
+        assert_eq!(surely_movers(&builder, last), 0);
     }
 }

@@ -102,9 +102,9 @@ impl MapBuilder {
     /// # Errors
     ///
     /// [`Error::Dynamics`] when time runs backwards or is not in seconds, or an instance mask is of another
-    /// size than the frame; [`Error::Cloud`] and [`Error::Planes`] when the pose lies outside what the maps
-    /// can reach; [`Error::Octree`] when the frame's rays would pass too many cells; [`Error::Paging`]. The
-    /// builder stays as it was.
+    /// size than the frame; [`Error::Core`] when the stride leaves too little of the frame; [`Error::Cloud`] and
+    /// [`Error::Planes`] when the pose lies outside what the maps can reach; [`Error::Octree`] when the frame's
+    /// rays would pass too many cells; [`Error::Paging`]. The builder stays as it was.
     #[doc(alias = "integrate")]
     pub fn insert<'a>(
         &mut self,
@@ -320,8 +320,8 @@ impl MapBuilder {
 
     /// Removes from octree, planes and objects what the evidence of the newest frames has found to be no part
     /// of the static world. The builder does so by itself once a second of the frames' clock; the cloud is
-    /// always up to date. Readers get the maps as they are then; where the evidence is as it was, the maps are
-    /// those of the frame before.
+    /// always up to date. Readers get the maps as they are then. When no evidence has changed since the last
+    /// removal, nothing is removed.
     pub fn settle(&mut self) {
         if self.map.is_settled() {
             // Frames that no map has seen have ids and poses, too: who saves what is newer shall save them.

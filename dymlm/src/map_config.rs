@@ -30,7 +30,8 @@ pub struct MapConfig {
     pub sensor: SensorModel,
     /// How long a frame waits for its detections at most, seconds between it and the newest frame, 0..=60.
     /// Default 0.5: a detector that takes longer is better reported as not run. Memory holds the frames of
-    /// that time. Unless 0, a frame waits while the next one comes, however much later that is.
+    /// that time. Unless this is 0, the frame that follows immediately never ends the wait, however late it
+    /// is.
     pub max_detection_delay: f64,
     /// Which frames are mapped.
     pub key_frames: KeyFrameConfig,

@@ -100,7 +100,7 @@ pub(super) struct Candidates<'a> {
     pub(super) segmenter: &'a BoxSegmenter,
     /// The pixels in the box of any mover.
     pub(super) boxes: &'a Mask,
-    /// `None` when its box has no readings, or when nobody knows how far it may have gone.
+    /// `None` when nobody knows how far it may have gone.
     pub(super) expected_box: Option<ExpectedBox>,
     /// Depth at which the mover's track should be, metres.
     pub(super) expected_depth: Option<f32>,

@@ -4,8 +4,8 @@ use dymlm_geometry::{BoxSegmenter, BoxView, SampleGrid, SegmentationConfig};
 use super::Foreground;
 use super::choice::{Candidates, Choice, Chosen, ExpectedBox, FOOT_REACH, ends_in_margin, is_part};
 use super::cluster_motion::ClusterMotion;
-use crate::miss_compensation::MOVER_SPEED;
-use crate::{BoxSource, ComparedFrame, Mover};
+use crate::miss_compensation::gone_since_detected;
+use crate::{ComparedFrame, Mover};
 
 /// How far the mover's surface may reach before and behind its median depth, metres: an outstretched arm; the
 /// feet.
@@ -85,11 +85,11 @@ impl ForegroundFinder {
         self.find_background(frame, &view, foreground);
         self.cluster(foreground);
         self.motion.compare(compared, &self.grid, &self.segmenter);
-        let focal_length = frame.camera().fx().abs();
-        if let Some(chosen) = self.choose(search.boxes, mover, focal_length) {
+        let gone = gone_since_detected(mover, frame.camera());
+        if let Some(chosen) = self.choose(search.boxes, mover, gone) {
             self.keep(chosen, foreground);
         }
-        foreground.set_step(&self.sensor, 1.0 / focal_length);
+        foreground.set_step(&self.sensor, 1.0 / frame.camera().fx().abs());
     }
 
     /// Finds what is new in a box: the clusters of whose samples more than [`NEW_SHARE`] are new. `is_new`
@@ -142,12 +142,12 @@ impl ForegroundFinder {
         self.segmenter.cluster(&self.grid, is_free);
     }
 
-    /// Chooses the mover's largest cluster. `focal_length` in pixels.
-    fn choose(&mut self, boxes: &Mask, own: &Mover, focal_length: f64) -> Option<Chosen> {
+    /// Chooses the largest cluster of a mover that may have `gone` so many pixels since it was detected.
+    fn choose(&mut self, boxes: &Mask, own: &Mover, gone: Option<f32>) -> Option<Chosen> {
         let in_box = || self.grid.samples.iter().filter(|sample| sample.is_in_box);
         let nearest = percentile(&mut self.depths, in_box().map(|sample| sample.point[2]), 0.05)?;
-        let expected_box = gone_since_detected(own, focal_length)
-            .and_then(|gone| Some(ExpectedBox { bounds: self.grid.bounds(in_box())?, gone }));
+        let expected_box = gone.zip(self.grid.bounds(in_box()));
+        let expected_box = expected_box.map(|(gone, bounds)| ExpectedBox { bounds, gone });
         self.choice.choose(&Candidates {
             grid: &self.grid,
             segmenter: &self.segmenter,
@@ -185,19 +185,6 @@ impl ForegroundFinder {
                 foreground.add(sample.column as usize, sample.row as usize, z);
             }
         }
-    }
-}
-
-/// How far a mover may have gone since its last detection, pixels; `None` when it never had one, or its
-/// distance is not known.
-fn gone_since_detected(own: &Mover, focal_length: f64) -> Option<f32> {
-    match own.source {
-        BoxSource::Detected { .. } => Some(0.0),
-        BoxSource::Predicted { missed_for } => {
-            let metres = MOVER_SPEED * missed_for;
-            own.depth.map(|depth| (focal_length * metres) as f32 / depth)
-        }
-        BoxSource::FreeSpace => None,
     }
 }
 

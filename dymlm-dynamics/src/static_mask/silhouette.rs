@@ -85,16 +85,16 @@ impl Silhouette {
         self.collect_next_front();
     }
 
-    /// Leaves out [other things' parts](ClaimedParts): beyond the box in which the mover was detected, and
+    /// Leaves out [other things' parts](ClaimedParts): beyond the mover's own box, which is not corrected, and
     /// where other things were detected (`claimed`).
     pub(super) fn release_claimed_parts(
         &mut self,
-        detected: &BoundingBox,
+        own: &BoundingBox,
         claimed: &Mask,
         compared: &ComparedFrame<'_>,
         parts: &mut ClaimedParts,
     ) {
-        let own = [detected.columns(claimed.width()), detected.rows(claimed.height())];
+        let own = [own.columns(claimed.width()), own.rows(claimed.height())];
         let window = [self.columns.clone(), self.rows.clone()];
         if !parts.find(compared, window, |u, v| self.is_claimed(u, v, &own, claimed)) {
             return;

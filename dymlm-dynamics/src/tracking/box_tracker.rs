@@ -224,6 +224,12 @@ impl BoxTracker {
         }
     }
 
+    /// Whether the detector has run since a track's last detection, and not found it. So have tracks that are
+    /// forgotten.
+    pub(crate) fn has_missed(&self, track_id: TrackId) -> bool {
+        self.tracks.iter().find(|track| track.id == track_id).is_none_or(|track| track.misses > 0)
+    }
+
     /// New tracks get no id that another tracker has already given.
     pub(crate) fn continue_ids_of(&mut self, other: &Self) {
         self.next_id = self.next_id.max(other.next_id);

@@ -141,18 +141,25 @@ fn who_hardly_moves_while_a_thing_in_the_box_does_is_masked_in_each_frame() {
 /// took for static. With a detector in every fifteenth frame, sitting people stayed in the cloud.
 #[test]
 fn a_frame_on_which_the_detector_did_not_run_says_as_surely_what_is_a_movers() {
-    let run = |between: Option<&[Detection]>| {
+    // A detection in each of ten frames, then what a further detector says in each frame to come.
+    let run = |later: &[Option<&[Detection]>]| {
         let mut preprocessor = Preprocessor::new(DynamicsConfig::default(), SensorModel::kinect()).unwrap();
-        for index in 0..10 {
-            let frame = frame(f64::from(index) / 30.0, 0.0, None);
-            let found = [sitters_detection()];
-            let found = if index < 9 { Some(&found[..]) } else { between };
+        let found = [sitters_detection()];
+        let all = [Some(&found[..]); 10].into_iter().chain(later.iter().copied());
+        for (index, found) in all.enumerate() {
+            let frame = frame(index as f64 / 30.0, 0.0, None);
             preprocessor.process(&frame, found, &Pose::identity()).unwrap();
         }
         shares_of_sitter(&preprocessor)
     };
-    let [is_static, is_mover] = run(None);
-    assert!(is_static == 0.0 && is_mover > 0.95, "{is_static} {is_mover}");
-    // A detector that ran and found nobody leaves it open whether the person is still there.
-    assert_eq!(run(Some(&[])), [0.0, 0.0]);
+    for frames in [1, 5] {
+        let [is_static, is_mover] = run(&vec![None; frames]);
+        assert!(is_static == 0.0 && is_mover > 0.95, "{frames} frames: {is_static} {is_mover}");
+    }
+    // Somebody at 2 m may have gone farther than the box is wide.
+    assert_eq!(run(&[None; 20]), [0.0, 0.0]);
+    // A detector that ran and found nobody leaves it open whether the person is still there, also in the
+    // frames after that.
+    assert_eq!(run(&[Some(&[])]), [0.0, 0.0]);
+    assert_eq!(run(&[Some(&[]), None, None]), [0.0, 0.0]);
 }
