@@ -104,9 +104,11 @@ mod tests {
     /// Regression: what had been predicted in the meantime stayed sure.
     #[test]
     fn nothing_is_surely_a_movers_where_late_detections_find_nobody() {
-        let mut config = MapConfig::default();
-        config.history = HistoryConfig::Memory;
-        config.key_frames = KeyFrameConfig::every_frame();
+        let config = MapConfig {
+            history: HistoryConfig::Memory,
+            key_frames: KeyFrameConfig::every_frame(),
+            ..MapConfig::default()
+        };
         let mut builder = MapBuilder::new(config).unwrap();
         let mut sequence = SequenceType::WalkingStatic.config();
         (sequence.frames, sequence.frame_rate) = (4, 30.0);
