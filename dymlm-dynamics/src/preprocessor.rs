@@ -154,7 +154,7 @@ impl Preprocessor {
         self.compensate_misses();
         self.correct_boxes(frame);
         self.find_claimed(frame, found)?;
-        self.mask_movers(frame, detections, world_from_camera);
+        self.mask_movers(frame, found, world_from_camera);
         self.past_views.remember(frame, world_from_camera, &self.sensor);
         for body in knowledge.carried() {
             mask_body(frame, &body.transformed(&world_from_camera.inverse()), &mut self.static_mask);
@@ -299,14 +299,14 @@ impl Preprocessor {
     }
 
     /// Builds the masks of static pixels and of movers.
-    fn mask_movers(&mut self, frame: &Frame, detections: Option<&[Detection]>, world_from_camera: &Pose) {
+    fn mask_movers(&mut self, frame: &Frame, detections: &[Detection], world_from_camera: &Pose) {
         let compared =
             ComparedFrame { frame, world_from_camera, past: &self.past_views, sensor: &self.sensor };
         let regions = self.movers.iter().zip(&self.foregrounds).map(|(mover, foreground)| MaskRegion {
             bounding_box: mover.corrected_box,
             sure_box: sure_box(mover, &self.tracker, frame.camera()),
             foreground,
-            instance_mask: instance_mask(mover, detections.unwrap_or_default()),
+            instance_mask: instance_mask(mover, detections),
         });
         let masks = [&mut self.static_mask, &mut self.mover_mask];
         self.mask_builder.build(regions, &self.claimed, &compared, masks);

@@ -18,8 +18,8 @@ const SURELY: f64 = 3.0;
 /// samples a deviation is the accuracy of the poses, 4 mm. With more, who sways by a centimetre is still.
 const MAYBE: f64 = 1.0;
 /// The same for a quarter of a cluster, of which the largest of four counts: one shoulder comes, the other
-/// one goes, and the mean of both is where it was. With 1, things on a table are not still for long, with
-/// more, who turns in a chair is (`who_turns_is_not_still_though_the_mean_is`).
+/// one goes, and the mean of both is where it was. With 1, things on a table do not stay still for long; with
+/// 3, who turns in a chair is still (`who_turns_is_not_still_though_the_mean_is`).
 const MAYBE_A_QUARTER: f64 = 2.0;
 
 /// Which clusters of a box have stayed where they are, and which have moved, as past views show them.
